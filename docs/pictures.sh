@@ -1,5 +1,5 @@
 #!/bin/sh
-# Draws the pictures of pages anew. It needs delta-cal on the path, and chromium.
+# Draws the pictures of pages anew. It needs delta-cal on the path, chromium, and the page as built.
 set -eu
 docs=$(cd "$(dirname "$0")" && pwd)
 cd "$(mktemp -d)"
@@ -16,3 +16,13 @@ for picture in report certificate; do
   chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1000,1100 \
     --screenshot="$docs/$picture.png" "file://$PWD/$picture.html"
 done
+cd "$docs/../bindings/web/tests"
+node --input-type=module -e '
+import { FILE, launch, open } from "./page.mjs";
+const browser = await launch();
+const { page } = await open(browser, `file://${FILE}`, { viewport: { width: 1000, height: 860 } });
+await page.getByRole("button", { name: "Printer with Klipper" }).click();
+await page.locator("#bed-picture").waitFor();
+await page.screenshot({ path: process.argv[1] });
+await browser.close();
+' "$docs/page.png"

@@ -111,7 +111,7 @@ impl Firmware {
             return Some(Self::GrblHal);
         }
         // What RepRapFirmware answers to M665.
-        if input.text().to_lowercase().contains("homed height") {
+        if input.text().to_ascii_lowercase().contains("homed height") {
             return Some(Self::RepRapFirmware);
         }
         let of_duet = Path::new(input.name())

@@ -10,7 +10,7 @@ import { verdict } from "./verdict.js";
 import { FIELDS, WITHOUT_MEASUREMENTS } from "./words.js";
 
 /** @typedef {import("./state.js").State} State */
-/** @typedef {import("./state.js").Answer} Answer */
+/** @typedef {import("./state.js").Answer<"calibrate">} Answer */
 /** @typedef {import("./state.js").Fault} Fault */
 
 /** Warnings beside the verdict; the report has all. */
@@ -74,7 +74,7 @@ export class Calibrate {
     this.#shown = answer;
     if (!answer) byId("result").replaceChildren();
     else if (answer.Err) this.#fault(answer.Err);
-    else this.#result(state, answer);
+    else this.#result(state, answer.Ok, answer.milliseconds ?? 0);
   }
 
   /** @param {Fault} fault */
@@ -107,9 +107,8 @@ export class Calibrate {
     own.dispatchEvent(new Event("change", { bubbles: true }));
   }
 
-  /** @param {State} state @param {Answer} answer */
-  #result(state, answer) {
-    const found = answer.Ok;
+  /** @param {State} state @param {import("./state.js").Calibrated} found @param {number} milliseconds */
+  #result(state, found, milliseconds) {
     const output = outputOf(state) ?? "calibrated.toml";
     const { good, crash, sentences, warnings, notes, next } = verdict(found);
     const request = state.asked.calibrate?.request ?? {};
@@ -150,7 +149,7 @@ export class Calibrate {
       ),
     );
     byId("result").replaceChildren(...parts.filter((own) => own !== null));
-    say(`Calibrated from ${request.samples?.join(" and ") || request.robot} in ${(answer.milliseconds ?? 0).toFixed(0)} ms.`);
+    say(`Calibrated from ${request.samples?.join(" and ") || request.robot} in ${milliseconds.toFixed(0)} ms.`);
   }
 }
 

@@ -1,6 +1,6 @@
 // The computation, in a worker: the page stays free, what takes too long can be stopped, and what fails is named.
 
-/** @typedef {import("./state.js").Answer} Answer */
+/** @typedef {import("./state.js").Answered<any>} Answer */
 /** @typedef {{name: string, bytes: Uint8Array, stamp: number | string}} Held */
 /**
  * A question: `task` is what it belongs to, and a later one of the same task supersedes it.

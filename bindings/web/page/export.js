@@ -61,7 +61,7 @@ export class Export {
     if (content === this.#targeted || !robot) return;
     this.#targeted = content;
     const answer = await this.#store.ask("targets", "targets", { robot });
-    if (answer) options("export-target", (answer.Ok ?? []).map((/** @type {any} */ { name, title }) => [name, title]));
+    if (answer) options("export-target", (answer.Ok ?? []).map(({ name, title }) => [name, title]));
   }
 
   /** @type {unknown} */
@@ -86,16 +86,16 @@ export class Export {
       ),
       element("pre", { tabindex: 0, "aria-label": "what is kept and lost" }, inPageWords(summary)),
       element("h3", {}, "Lines for the controller"),
-      element("pre", { id: "lines", tabindex: 0, "aria-label": "lines for the controller" }, shortened(text)),
+      element("pre", { id: "lines", tabindex: 0, "aria-label": "lines for the controller" }, inPageWords(shortened(text))),
     );
   }
 }
 
-/** @param {State} state */
+/** @param {State} state @returns {import("./state.js").Calls["export"]["request"]} */
 function made(state) {
   const robot = choice("export-robot").value;
   const { request, answer } = state.asked.calibrate ?? {};
-  const printed = robot !== "" && robot === outputOf(state) && answer?.Ok.home;
+  const printed = robot !== "" && robot === outputOf(state) && answer?.Ok?.home;
   return {
     robot,
     calibrated_from: printed ? request : null,

@@ -37,17 +37,17 @@ export function numbers(text) {
 
 /**
  * Two digits of an uncertain figure, without those that nobody measured.
- * @param {number} value
+ * @param {number | null} value
  */
 export function two(value) {
-  if (!Number.isFinite(value)) return "unknown";
+  if (value === null || !Number.isFinite(value)) return "unknown";
   if (value === 0) return "0";
   const digits = Math.max(0, 1 - Math.floor(Math.log10(Math.abs(value))));
   return value.toFixed(Math.min(digits, 6));
 }
 
 /**
- * @param {number} value
+ * @param {number | null} value
  */
 export function millimetres(value) {
   return `${two(value)} mm`;

@@ -10,13 +10,13 @@ function millimetres(value) {
 
 /**
  * Errors before and after over the lines of the file; the one under the pointer is told.
- * @param {any[]} all
+ * @param {import("./state.js").Calibrated["report"]["samples"]} all
  */
 export function samplesFigure(all) {
   if (!all?.length) return null;
   const told = element("output", {}, "Point at a sample, or use the arrow keys, for its line.");
-  /** @param {string} key */
-  const points = (key) => all.map((own) => ({ x: own.line, y: own[key], own }));
+  /** @param {"error_before_mm" | "error_after_mm"} key */
+  const points = (key) => all.map((own) => ({ x: own.line, y: own[key] ?? NaN, own }));
   const drawing = chart({
     x: "line of the samples file",
     y: "error, mm",
@@ -40,7 +40,7 @@ const SHADES = 10;
 
 /**
  * Heights above the bed as colours.
- * @param {{radius: number, step: number, before: number[][], after: number[][] | null}} bed
+ * @param {import("./delta_cal_web.js").Bed} bed
  */
 export function bedFigure({ radius, step, before, after }) {
   const heights = [...before, ...(after ?? [])].map(([, , height = 0]) => Math.abs(height));

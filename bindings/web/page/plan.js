@@ -7,7 +7,8 @@ import { dropped, ended, begun, find, robotOf, robots } from "./state.js";
 import { inPageWords } from "./words.js";
 
 /** @typedef {import("./state.js").State} State */
-/** @typedef {import("./state.js").Answer} Answer */
+/** @typedef {import("./state.js").Task} Task */
+/** @template {Task} Own @typedef {import("./state.js").Answer<Own>} Answer */
 
 const COUNTS = [8, 12, 16, 20, 30, 40];
 
@@ -45,6 +46,7 @@ export class Plan {
     this.#showCurve(state.asked.curve?.answer ?? null);
   }
 
+  /** @returns {import("./delta_cal_web.js").Request & import("./delta_cal_web.js").PlanRequest} */
   #request() {
     const [measure, frame] = choice("plan-measure").value.split("|");
     const printer = this.#kind === "printer";
@@ -62,19 +64,20 @@ export class Plan {
     };
   }
 
-  /** @param {Answer | null} answer */
+  /** @param {Answer<"plan"> | null} answer */
   #show(answer) {
     if (answer === this.#planned) return;
     this.#planned = answer;
     const place = byId("planned");
     if (!answer) place.replaceChildren();
     else if (answer.Err) place.replaceChildren(faultBox(answer.Err));
-    else place.replaceChildren(...(answer.Ok.gcode ? touches(answer.Ok) : poses(answer.Ok)));
+    else place.replaceChildren(...("gcode" in answer.Ok ? touches(answer.Ok) : poses(answer.Ok)));
   }
 
   /** What so many measurements bring, one plan after the other. */
   async #curve() {
     const request = { ...this.#request(), accuracy: null };
+    /** @type {import("./state.js").Point[]} */
     const found = [];
     this.#store.update((state) => begun(state, "curve", request));
     for (const [index, count] of COUNTS.entries()) {
@@ -82,32 +85,29 @@ export class Plan {
       this.#waiting.progress(`Planning ${count} measurements, ${index + 1} of ${COUNTS.length}`);
       const { Ok, Err } = (await answer) ?? {};
       if (this.#store.state.asked.curve?.request !== request || Err?.message === "stopped") break;
-      if (Ok) {
-        const { before, planned } = JSON.parse(Ok.json);
-        found.push({ count, before, planned });
-      }
-      const so = Ok || found.length ? { Ok: [...found] } : { Err };
+      if (Ok && "after" in Ok) found.push({ count, before: Ok.before, after: Ok.after });
+      const so = Err && !found.length ? { Err } : { Ok: [...found] };
       this.#store.update((state) => ended(state, "curve", request, so));
     }
   }
 
-  /** @param {Answer | null} answer */
+  /** @param {Answer<"curve"> | null} answer */
   #showCurve(answer) {
     if (answer === this.#drawn) return;
     this.#drawn = answer;
     if (!answer) return byId("curve").replaceChildren();
     if (answer.Err) return byId("curve").replaceChildren(faultBox(answer.Err));
-    byId("curve").replaceChildren(curve(answer.Ok, field("plan-absolute").checked));
+    byId("curve").replaceChildren(curve(answer.Ok));
   }
 }
 
-/** @param {any} found @returns {Node[]} */
+/** @param {import("./delta_cal_web.js").Touches} found @returns {Node[]} */
 function touches({ gcode, places, radius }) {
   say(`${places.length} touches planned.`);
   return [
     element("p", {}, `${places.length} touches within ${radius.toFixed(0)} mm of the centre. Run the commands in the printer's console, and drop what it answers here, beside the configuration.`),
     element("div", { class: "row" }, downloadButton("touches.gcode", gcode, { first: true }), copyButton(gcode, "Copy the commands"), printButton()),
-    element("div", { class: "pictures" }, view(places.map((/** @type {number[]} */ [x, y]) => [x, y, 0]), [[-radius, -radius, 0], [radius, radius, 0]], 0, 1, `From above: ${places.length} places in their order`, radius)),
+    element("div", { class: "pictures" }, view(places.map(([x, y]) => [x, y, 0]), [[-radius, -radius, 0], [radius, radius, 0]], 0, 1, `From above: ${places.length} places in their order`, radius)),
     element("pre", { tabindex: 0, "aria-label": "commands" }, gcode),
   ];
 }
@@ -116,25 +116,22 @@ function printButton() {
   return element("button", { type: "button", onclick: () => window.print() }, "Print the checklist");
 }
 
-/** @param {any} found @returns {Node[]} */
-function poses({ text, csv, json, workspace }) {
-  const { measurements } = JSON.parse(json);
-  say(`${measurements.length} measurements planned.`);
-  const at = measurements.map((/** @type {any} */ own) => own.position_mm);
+/** @param {import("./delta_cal_web.js").Poses} found @returns {Node[]} */
+function poses({ text, csv, json, places, workspace }) {
+  say(`${places.length} measurements planned.`);
   return [
     element("div", { class: "row" }, downloadButton("poses.csv", csv, { type: "text/csv", first: true }), downloadButton("plan.json", json, { type: "application/json" }), printButton()),
     element("pre", { tabindex: 0, "aria-label": "the plan in words" }, inPageWords(plain(text))),
-    element("div", { class: "pictures" }, view(at, workspace, 0, 1, "From above: x to the right, y upwards"), view(at, workspace, 0, 2, "From the side: x to the right, z upwards")),
+    element("div", { class: "pictures" }, view(places, workspace, 0, 1, "From above: x to the right, y upwards"), view(places, workspace, 0, 2, "From the side: x to the right, z upwards")),
     element("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "checklist" }, checklist(csv)),
   ];
 }
 
-/** @param {any[]} found @param {boolean} absolute */
-function curve(found, absolute) {
-  const of = (/** @type {any} */ own) => (absolute ? own.absolute : own.relative);
-  const points = found.map((own) => ({ x: own.count, y: of(own.planned), title: `${own.count}: ${of(own.planned).toPrecision(2)} mm` }));
-  const before = found[0].before && of(found[0].before);
-  const rows = found.map((own) => element("tr", {}, element("th", { scope: "row" }, `${own.count}`), element("td", {}, of(own.planned).toPrecision(2))));
+/** @param {import("./state.js").Point[]} found */
+function curve(found) {
+  const points = found.map(({ count, after }) => ({ x: count, y: after, title: `${count}: ${after.toPrecision(2)} mm` }));
+  const before = found[0]?.before;
+  const rows = found.map(({ count, after }) => element("tr", {}, element("th", { scope: "row" }, `${count}`), element("td", {}, after.toPrecision(2))));
   const head = element("tr", {}, element("th", {}, "measurements"), element("th", {}, "expected error, mm (σ)"));
   return element(
     "figure",
@@ -172,12 +169,18 @@ function view(at, space, across, up, caption, circle) {
     }
   }
   drawing.append(shape("polyline", { points: at.map((own) => place(own).join(",")).join(" "), class: "way", "stroke-width": 0.7 }));
+  /** Those so near to each other that their numbers would touch share a label. @type {{x: number, y: number, numbers: number[]}[]} */
+  const labels = [];
   for (const [index, own] of at.entries()) {
     const [x = 0, y = 0] = place(own);
-    drawing.append(
-      shape("circle", { cx: x, cy: y, r: 4, class: "is" }, shape("title", {}, `${index + 1}: ${own.map((value) => value.toFixed(1)).join(", ")} mm`)),
-      shape("text", { x: x + 6, y: y + 4 }, `${index + 1}`),
-    );
+    drawing.append(shape("circle", { cx: x, cy: y, r: 4, class: "is" }, shape("title", {}, `${index + 1}: ${own.map((value) => value.toFixed(1)).join(", ")} mm`)));
+    const near = labels.find((label) => Math.abs(label.x - x) < 22 && Math.abs(label.y - y) < 16);
+    if (near) near.numbers.push(index + 1);
+    else labels.push({ x, y, numbers: [index + 1] });
+  }
+  for (const { x, y, numbers } of labels) {
+    const left = x > 300;
+    drawing.append(shape("text", { x: left ? x - 6 : x + 6, y: y + 4, "text-anchor": left && "end" }, numbers.join(", ")));
   }
   return element("figure", {}, drawing, element("figcaption", {}, circle ? `${caption}.` : `${caption}; grey: the workspace.`));
 }

@@ -2,8 +2,8 @@
 
 import { element } from "./dom.js";
 
-/** @typedef {{shoulders: number[][], elbows: number[][], platform: number[]}} Arms */
-/** @typedef {{joints: number[], times: number, turn: number, tilt: number, found: {before: Arms, after: Arms} | null}} View */
+/** @typedef {import("./delta_cal_web.js").Arms} Arms */
+/** @typedef {{joints: [number, number, number], times: number, turn: number, tilt: number, found: {before: Arms, after: Arms} | null}} View */
 
 /** @type {(() => void) | null} */
 let latest = null;
@@ -15,7 +15,7 @@ export function redraw() {
 
 /**
  * @param {import("./store.js").Store} store
- * @param {Record<string, any>} request the calibration's, and the file with its robot
+ * @param {import("./state.js").Calls["skeleton"]["request"]} request the calibration's, and the file with its robot
  * @param {[number, number]} range of the joints
  */
 export function robotFigure(store, request, [low, high]) {
@@ -27,7 +27,8 @@ export function robotFigure(store, request, [low, high]) {
   latest = draw;
   const ask = async () => {
     const answer = await store.ask("skeleton", "skeleton", { ...request, joints: view.joints });
-    if (answer?.Ok?.before && answer.Ok.after) view.found = answer.Ok;
+    const { before, after } = answer?.Ok ?? {};
+    if (before && after) view.found = { before, after };
     draw();
   };
   /** @param {string} label @param {number} min @param {number} max @param {number} value @param {(value: number) => void} change */
@@ -103,7 +104,7 @@ function drawRobot(canvas, { found, times, turn, tilt }) {
     pen.lineTo(...place(to));
     pen.stroke();
   };
-  /** @param {Arms} own @param {string} ink */
+  /** @param {{[Own in keyof Arms]: Own extends "platform" ? number[] : number[][]}} own @param {string} ink */
   const arms = ({ shoulders, elbows, platform }, ink) => {
     pen.strokeStyle = pen.fillStyle = ink;
     for (const index of [0, 1, 2]) {

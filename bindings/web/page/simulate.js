@@ -6,7 +6,6 @@ import { number } from "./numbers.js";
 import { begun, dropped, ended, names } from "./state.js";
 
 /** @typedef {import("./state.js").State} State */
-/** @typedef {import("./state.js").Answer} Answer */
 
 /** How long the worker computes before it tells what it has, ms. */
 const TURN = 300;
@@ -44,7 +43,7 @@ export class Simulate {
   /** Asks for a range of robots after the other, until there are all or something else is asked for. */
   async #run() {
     const robots = number(field("simulate-robots").value) ?? 0;
-    const request = { robot: choice("simulate-robot").value, robots, poses: number(field("simulate-poses").value) };
+    const request = { robot: choice("simulate-robot").value, robots, poses: number(field("simulate-poses").value) ?? 0 };
     this.#store.update((state) => begun(state, "simulate", request));
     let [first, count] = [0, 4];
     do {
@@ -63,8 +62,10 @@ export class Simulate {
   }
 }
 
-/** @param {any} found @returns {Node[]} */
-function shown({ toml, done, summary: { text, csv, json, errors } }) {
+/** @param {import("./state.js").Found["simulate"]} found @returns {Node[]} */
+function shown({ toml, done, summary }) {
+  if (!summary) return [];
+  const { text, csv, json, errors } = summary;
   say(`${done} robots simulated.`);
   return [
     element(

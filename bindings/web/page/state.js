@@ -2,17 +2,30 @@
 // the document; each returns a new state. A result whose files or choices changed is no longer in the state.
 
 /** @typedef {"calibrate" | "export" | "validate" | "plan" | "curve" | "simulate"} Task */
-/** @typedef {{refused?: boolean, message: string, file?: string | null, line?: number | null, excerpt?: string | null, diagnosis?: string | null, remedy?: string | null, json?: string | null}} Fault */
-/** @typedef {{Ok?: any, Err?: Fault, milliseconds?: number}} Answer */
+/** @typedef {import("./delta_cal_web.js").Session} Session */
+/** @typedef {Partial<import("./delta_cal_web.js").Fault> & {message: string}} Fault */
+/**
+ * What the program is asked: request and answer of each call, as its Rust says.
+ * @typedef {{[Own in Call]: {request: NonNullable<Parameters<Session[Own]>[0]["of"]>, answer: NonNullable<NonNullable<ReturnType<Session[Own]>["of"]>["Ok"]>}}} Calls
+ * @typedef {Exclude<Extract<keyof Session, string>, "put" | "remove" | "text" | "free">} Call
+ */
+/** @typedef {{count: number, before: number | null, after: number}} Point expected error by count */
+/** @typedef {Calls["calibrate"]["answer"] & {report: Pick<import("./calibration.js").Report, typeof import("./worker.js").SHOWN[number]>}} Calibrated */
+/**
+ * What each task finds.
+ * @typedef {{calibrate: Calibrated, export: Calls["export"]["answer"], validate: Calls["validate" | "compare"]["answer"], plan: Calls["plan"]["answer"], curve: Point[], simulate: Calls["simulate"]["answer"]}} Found
+ */
+/** @template T @typedef {{Ok: T, Err?: undefined, milliseconds?: number} | {Ok?: undefined, Err: Fault, milliseconds?: number}} Answered */
+/** @template {Task} Own @typedef {Answered<Found[Own]>} Answer */
 /**
  * A file. `stamp`: another content has another one; `batch`: those that came together have the same; `kind` is "unread" until
  * the program said what it is, with `using` as the robot of its tables; `mine`: written on this page.
  * @typedef {{name: string, bytes: Uint8Array, stamp: number, batch: number, kind: string, what: string, fault: Fault | null, using: string, mine: boolean}} File
  */
 /** @typedef {Record<string, any>} Request */
-/** @typedef {{key: string, request: Request, answer: Answer | null}} Asked */
+/** @template {Task} Own @typedef {{key: string, request: Request, answer: Answer<Own> | null}} Asked */
 /** @typedef {Record<string, string | boolean>} Fields */
-/** @typedef {{files: File[], fields: Partial<Record<Task, Fields>>, asked: Partial<Record<Task, Asked>>, next: number}} State */
+/** @typedef {{files: File[], fields: Partial<Record<Task, Fields>>, asked: {[Own in Task]?: Asked<Own>}, next: number}} State */
 /** @typedef {{name: string, bytes: Uint8Array}} Given */
 
 /** Kinds of files that a robot is read from, and those with measurements. */
@@ -141,10 +154,11 @@ export function begun(state, task, request) {
 
 /**
  * With an answer, if its request is still the one.
+ * @template {Task} Own
  * @param {State} state
- * @param {Task} task
+ * @param {Own} task
  * @param {Request} request
- * @param {Answer} answer
+ * @param {Answer<Own>} answer
  * @returns {State}
  */
 export function ended(state, task, request, answer) {
@@ -287,7 +301,7 @@ const OF_PRINTER = ["rods", "radius", "printed", "shrinkage"];
 /**
  * What is to be calibrated; `null` as long as something is missing or not yet read.
  * @param {State} state
- * @returns {Request | null}
+ * @returns {Calls["calibrate"]["request"] | null}
  */
 export function calibrationOf(state) {
   const robot = find(state, robotOf(state));
@@ -312,7 +326,7 @@ export function calibrationOf(state) {
 /**
  * The calibration that is to be asked for now.
  * @param {State} state
- * @returns {Request | null}
+ * @returns {Calls["calibrate"]["request"] | null}
  */
 export function due(state) {
   const request = calibrationOf(state);

@@ -8,7 +8,8 @@ import * as states from "./state.js";
 /** @typedef {import("./state.js").Task} Task */
 /** @typedef {import("./state.js").Request} Request */
 /** @typedef {import("./state.js").Fault} Fault */
-/** @typedef {import("./state.js").Answer} Answer */
+/** @template T @typedef {import("./state.js").Answered<T>} Answered */
+/** @typedef {import("./state.js").Calls} Calls */
 
 /** In a page in one file the worker and its program stand inside it. */
 function worker() {
@@ -37,7 +38,7 @@ export class Store {
       const own = state.files.filter(({ kind }) => kind !== "unusable").map(({ name, bytes, stamp }) => ({ name, bytes, stamp }));
       if (!output || !state.asked.calibrate) return own;
       const { answer, key } = state.asked.calibrate;
-      return [...own, { name: output, bytes: new TextEncoder().encode(answer?.Ok.toml), stamp: key }];
+      return [...own, { name: output, bytes: new TextEncoder().encode(answer?.Ok?.toml), stamp: key }];
     };
     this.#engine = new Engine(/** @type {() => any} */ (worker), files, busy);
   }
@@ -96,7 +97,7 @@ export class Store {
    */
   async #recognised(name, request) {
     try {
-      const { Ok, Err } = await this.#engine.ask("recognise", "recognise", name, JSON.stringify(request));
+      const { Ok, Err } = await this.#engine.ask("recognise", "recognise", JSON.stringify({ ...request, name }));
       return Ok ?? { kind: "unusable", what: "Not readable", fault: Err ?? null };
     } catch (error) {
       return { kind: "unusable", what: "Not readable", fault: faultOf(error, [name]) };
@@ -105,10 +106,11 @@ export class Store {
 
   /**
    * An answer about the state of now; an error is a fault. `null` if a later question of the task came.
+   * @template {keyof Calls} Call
    * @param {string} task
-   * @param {string} call
-   * @param {Request} request
-   * @returns {Promise<Answer | null>}
+   * @param {Call} call
+   * @param {Calls[Call]["request"]} request
+   * @returns {Promise<Answered<Calls[Call]["answer"]> | null>}
    */
   async ask(task, call, request) {
     try {
@@ -117,7 +119,8 @@ export class Store {
     } catch (error) {
       if (error instanceof Superseded) return null;
       const crashed = error instanceof Crashed ? error.file : null;
-      const fault = faultOf(error, crashed ? [crashed] : [request.robot, ...(request.samples ?? [])].filter(Boolean));
+      const { robot = "", samples = [] } = /** @type {Request} */ (request);
+      const fault = faultOf(error, crashed ? [crashed] : [robot, ...samples].filter(Boolean));
       if (crashed) this.update((state) => ({ ...state, files: state.files.map((own) => (own.name === crashed ? { ...own, kind: "unusable", what: "Not readable", fault } : own)) }));
       return { Err: fault };
     }
@@ -125,14 +128,15 @@ export class Store {
 
   /**
    * Computes a task's result into the state.
-   * @param {Task} task
-   * @param {string} call
-   * @param {Request} request
+   * @template {keyof Calls} Call
+   * @param {Exclude<Task, "curve">} task
+   * @param {Call} call
+   * @param {Calls[Call]["request"]} request
    */
   async run(task, call, request) {
     this.update((state) => states.begun(state, task, request));
     const answer = await this.ask(task, call, request);
-    if (answer) this.update((state) => states.ended(state, task, request, answer));
+    if (answer) this.update((state) => states.ended(state, task, request, /** @type {any} */ (answer)));
   }
 
   /** A file as text, if it is text. @param {string} name @returns {Promise<string | undefined>} */

@@ -1,9 +1,10 @@
 // The panel that checks a robot against measurements that the calibration did not use.
 
-import { byId, choice, downloadButton, element, faultBox, field, options, say, titled } from "./dom.js";
+import { byId, choice, downloadButton, element, faultBox, field, options, plain, say, titled } from "./dom.js";
 import { number } from "./numbers.js";
 import { reportElement } from "./report.js";
 import { dropped, names, outputOf } from "./state.js";
+import { inPageWords } from "./words.js";
 
 /** @typedef {import("./state.js").State} State */
 
@@ -20,7 +21,10 @@ export class Validate {
   constructor(store) {
     byId("validate").addEventListener("submit", (event) => {
       event.preventDefault();
-      store.run("validate", "validate", made());
+      const isEarlier = store.state.files.some(({ name, kind }) => name === choice("validate-samples").value && kind === "robot");
+      const { robot, samples = [], ...request } = made();
+      if (isEarlier) store.run("validate", "compare", { robot: samples[0], samples: [robot ?? ""] });
+      else store.run("validate", "validate", { robot, samples, ...request });
     });
     byId("validate").addEventListener("change", () => store.update((state) => dropped(state, "validate")));
   }
@@ -34,13 +38,26 @@ export class Validate {
     options("validate-robot", all.length ? all : [["", "calibrate a robot first"]], output !== this.#output ? (output ?? undefined) : undefined);
     this.#output = output;
     const used = state.asked.calibrate?.request.samples ?? [];
-    const other = names(state, "samples", "table").filter((name) => !used.includes(name));
-    options("validate-samples", other.length ? titled(other) : [["", "add a file"]]);
+    const robot = choice("validate-robot").value;
+    const unused = (/** @type {string[]} */ ...kinds) => titled(names(state, ...kinds).filter((name) => !used.includes(name)));
+    /** @type {[string, string][]} */
+    const earlier = names(state, "robot").filter((name) => name !== robot).map((name) => [name, `${name} (what changed since)`]);
+    const other = [...unused("samples", "table", "joints"), ...earlier];
+    options("validate-samples", other.length ? other : [["", "add a file"]]);
+    options("validate-second", [["", "none"], ...unused("positions")]);
+    const isEarlier = earlier.some(([name]) => name === choice("validate-samples").value);
+    for (const own of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("#validate .of-samples"))) own.hidden = isEarlier;
+    byId("validate-go").textContent = isEarlier ? "Compare" : "Validate";
     const answer = state.asked.validate?.answer ?? null;
     if (answer === this.#answer) return;
     this.#answer = answer;
     if (!answer) return byId("validated").replaceChildren();
     if (answer.Err) return byId("validated").replaceChildren(faultBox(answer.Err));
+    if (!("html" in answer.Ok)) {
+      const { text, json } = answer.Ok;
+      const words = element("pre", { tabindex: 0, "aria-label": "what changed" }, inPageWords(plain(text)));
+      return byId("validated").replaceChildren(words, downloadButton("comparison.json", json, { type: "application/json" }));
+    }
     const { verdict, html, json } = answer.Ok;
     say(VERDICTS[verdict] ?? "");
     byId("validated").replaceChildren(
@@ -56,13 +73,15 @@ export class Validate {
   }
 }
 
+/** @returns {import("./state.js").Calls["validate"]["request"]} */
 function made() {
   const frame = choice("validate-frame").value;
   return {
     robot: choice("validate-robot").value,
-    samples: [choice("validate-samples").value].filter(Boolean),
+    samples: [choice("validate-samples").value, choice("validate-second").value].filter(Boolean),
     limit: number(field("validate-limit").value),
     sensor: frame !== "base",
     stored: frame === "stored",
+    guard: field("validate-guard").checked,
   };
 }

@@ -3,13 +3,17 @@
 import { chance, millimetres } from "./numbers.js";
 import { inPageWords } from "./words.js";
 
+/** @typedef {import("./state.js").Calibrated["report"]} Report */
+/** @typedef {NonNullable<Report["printer"]>} Printer */
+/** @typedef {NonNullable<Printer["before"]>} Off */
+/** @typedef {NonNullable<Printer["next"]>} Next */
 /**
  * `crash`: a warning that must be read before anything is pasted; `next`: a tab with what to do next.
  * @typedef {{good: boolean, crash: string | null, sentences: [string, string, string], warnings: string[], notes: string[], next: "plan" | "validate" | null}} Verdict
  */
 
 /**
- * @param {any} found the answer of `calibrate`
+ * @param {import("./state.js").Calibrated} found the answer of `calibrate`
  * @returns {Verdict}
  */
 export function verdict(found) {
@@ -21,15 +25,15 @@ export function verdict(found) {
 }
 
 /**
- * @param {any} report
+ * @param {Report} report
  * @param {string | null} paste
  * @returns {Pick<Verdict, "sentences" | "next">}
  */
 function ofPrinter(report, paste) {
   const { before, after, heights, distances, better_probability: better, next, firmware } = report.printer;
-  /** @param {any} off */
+  /** @param {Off} off */
   const bed = (off) => millimetres(off.height_rms_mm);
-  /** @param {any} off */
+  /** @param {Off} off */
   const size = (off) => `${off.hundred_mm_become_mm.toFixed(2)} mm`;
   const measured = heights > 0 && before;
   const sized = report.determined.scale && before;
@@ -50,21 +54,21 @@ function ofPrinter(report, paste) {
 }
 
 /**
- * @param {number | null} sigma
- * @param {any} next
+ * @param {number | null | undefined} sigma
+ * @param {Next} next
  */
 function worthwhile(sigma, next) {
-  return sigma != null && sigma < 0.9 * next.sigma_now_mm;
+  return sigma != null && sigma < 0.9 * (next.sigma_now_mm ?? 0);
 }
 
 /**
- * @param {any} next
+ * @param {Next | null} next
  * @param {string} firmware
  * @param {string | null} paste
  */
 function nextOf(next, firmware, paste) {
   const first = paste ? "Copy the lines, replace the old ones, and home" : "Keep the configuration";
-  const object = next?.sigma_with_printed_object_mm;
+  const object = next?.sigma_with_printed_object_mm ?? null;
   if (next && firmware === "klipper" && worthwhile(object, next)) {
     return `${first}; then print Klipper's calibrate_size.stl and measure it with DELTA_ANALYZE, which brings the expected error from ${millimetres(next.sigma_now_mm)} to ${millimetres(object)}.`;
   }
@@ -75,7 +79,7 @@ function nextOf(next, firmware, paste) {
 }
 
 /**
- * @param {any} report
+ * @param {Report} report
  * @returns {Pick<Verdict, "sentences" | "next">}
  */
 function ofRobot(report) {
@@ -84,15 +88,14 @@ function ofRobot(report) {
   const expects = expected && (absolute === false ? expected.relative_rms_mm : expected.absolute_rms_mm);
   const what = positions
     ? `The measured positions are off by ${millimetres(positions.before.rms)} (rms) with the robot file, and by ${millimetres(positions.after.rms)} calibrated.`
-    : `${residuals.map((/** @type {any} */ own) => `The ${own.kind}s are off by ${millimetres(own.before_rms_mm)} (rms) with the robot file, and by ${millimetres(own.after_rms_mm)} calibrated`).join("; ")}.`;
+    : `${residuals.map((own) => `The ${own.kind}s are off by ${millimetres(own.before_rms_mm)} (rms) with the robot file, and by ${millimetres(own.after_rms_mm)} calibrated`).join("; ")}.`;
   const sure = [];
   if (expects != null) sure.push(`The calibrated robot is expected to be off by ${millimetres(expects)} (${absolute === false ? "relative, " : ""}σ, rms over its workspace)`);
   if (workspace?.chance_of_harm != null) sure.push(`the chance that it got worse is ${chance(workspace.chance_of_harm)}`);
   if (acceptance) sure.push(`the limit of ${acceptance.limit_mm} mm is ${acceptance.passed ? "met" : "not met"}`);
-  const last = poses?.at(-1);
-  const more = last && expects != null && last.expected_error_mm < 0.9 * expects;
-  const then = more
-    ? `Use calibrated.toml; ${poses.length} more poses would bring the expected error to ${millimetres(last.expected_error_mm)} (the report lists them).`
+  const then_mm = poses.at(-1)?.expected_error_mm ?? Infinity;
+  const then = expects != null && then_mm < 0.9 * expects
+    ? `Use calibrated.toml; ${poses.length} more poses would bring the expected error to ${millimetres(then_mm)} (the report lists them).`
     : "Use calibrated.toml, and check it with some 20 poses that were not used.";
   return { sentences: [what, `${sure.join("; ") || "How far off the calibrated robot is cannot be told"}.`, then], next: "validate" };
 }

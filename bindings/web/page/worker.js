@@ -1,15 +1,16 @@
 // Answers the questions of engine.js, one after the other.
 
 import init, { Session } from "./delta_cal_web.js";
+import { unpacked } from "./unpack.js";
 
 /** @type {Session} */
 let session;
 
 /** What the page shows of a report; the rest of it stays text. */
-const SHOWN = [
+export const SHOWN = /** @type {const} */ ([
   "samples", "sample_count", "warnings", "position_error_mm", "residuals", "expected_error", "expanded_uncertainty", "acceptance", "workspace",
   "determined", "next_poses", "printer",
-];
+]);
 
 /**
  * @param {string} call
@@ -28,20 +29,18 @@ function parsed(call, answer) {
 async function load(compiled) {
   // In a page in one file the program stands before this.
   const text = /** @type {any} */ (globalThis).program;
-  const address = new URL("delta_cal_web_bg.wasm", import.meta.url || "http://none");
-  const bytes = () => Uint8Array.from(atob(text), (own) => own.charCodeAt(0));
-  const program = compiled ?? (await (text ? WebAssembly.compile(bytes()) : WebAssembly.compileStreaming(fetched(address))));
+  const bytes = async () => (text ? Uint8Array.from(atob(text), (own) => own.charCodeAt(0)) : fetched("delta_cal_web.lzma"));
+  const program = compiled ?? (await WebAssembly.compile(unpacked(await bytes())));
   await init({ module_or_path: program });
   session = new Session();
   self.postMessage({ program });
 }
 
-/** @param {URL} address */
-async function fetched(address) {
-  const response = await fetch(address);
+/** @param {string} name */
+async function fetched(name) {
+  const response = await fetch(name);
   if (!response.ok) throw new Error(`${response.status}`);
-  // Whatever type a server gives it.
-  return new Response(response.body, { headers: { "Content-Type": "application/wasm" } });
+  return new Uint8Array(await response.arrayBuffer());
 }
 
 /** @param {any} question */
@@ -53,7 +52,7 @@ function answer({ id, removed, put, call, values }) {
       file = name;
       session.put(name, bytes);
     }
-    file = call === "recognise" ? values[0] : null;
+    file = call === "recognise" ? JSON.parse(values[0]).name : null;
     const begin = performance.now();
     const text = /** @type {any} */ (session)[call](...values);
     const milliseconds = performance.now() - begin;

@@ -10,9 +10,10 @@ use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
 use delta_cal_host::{CalibrateError, Options, Report, calibrate};
 use serde::Serialize;
+use tsify::Tsify;
 
 /// What the command writes.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Calibrated {
     /// The page of `--report`.
     html: String,

@@ -2,13 +2,15 @@
 
 use crate::fault::Fault;
 use crate::folder::Folder;
+use delta_cal_host::Method;
 use delta_cal_host::campaign::{self, OneCase, Row, Spread};
 use delta_cal_host::report;
-use delta_cal_host::{Method, RobotFile};
 use serde::{Deserialize, Serialize};
+use tsify::Tsify;
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, Tsify)]
 #[serde(default)]
+#[tsify(rename = "SimulateRequest")]
 pub(crate) struct Request {
     robot: String,
     /// Of the whole campaign.
@@ -21,7 +23,7 @@ pub(crate) struct Request {
     planned: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Simulated {
     /// The campaign file.
     toml: String,
@@ -31,7 +33,7 @@ pub(crate) struct Simulated {
     summary: Option<Summary>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 struct Summary {
     text: String,
     csv: String,
@@ -46,8 +48,7 @@ pub(crate) fn run(
     request: &Request,
     rows: &mut Vec<Row>,
 ) -> Result<Simulated, Fault> {
-    let text = files.settings(&request.robot)?;
-    let robot = RobotFile::read(&text)?;
+    let robot = files.robot(&request.robot)?;
     let case = OneCase {
         robot: &request.robot,
         robots: request.robots,

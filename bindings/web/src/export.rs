@@ -11,13 +11,16 @@ use delta_cal_host::files::kinematics;
 use delta_cal_host::printer::as_printed;
 use delta_cal_host::{Options, RobotFile, read_samples};
 use serde::{Deserialize, Serialize};
+use tsify::Tsify;
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, Tsify)]
 #[serde(default)]
+#[tsify(rename = "ExportRequest")]
 pub(crate) struct Request {
     /// The calibrated robot.
     robot: String,
     /// The calibration that it comes from: a printer's bed and end stops are then as in its own lines.
+    #[tsify(type = "Request | null")]
     calibrated_from: Option<inputs::Request>,
     target: String,
     nominal: Option<String>,
@@ -32,7 +35,7 @@ pub(crate) struct Request {
     limit: Option<f64>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Exported {
     /// The lines with the summary as their comment.
     text: String,
@@ -40,19 +43,15 @@ pub(crate) struct Exported {
     json: String,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Named {
     name: &'static str,
     title: &'static str,
 }
 
-fn robot(files: &Folder, name: &str) -> Result<RobotFile, Fault> {
-    Ok(RobotFile::read(&files.settings(name)?)?)
-}
-
 /// Those that take a robot.
 pub(crate) fn targets(files: &Folder, request: &Request) -> Result<Vec<Named>, Fault> {
-    let drive = robot(files, &request.robot)?.robot.drive();
+    let drive = files.robot(&request.robot)?.robot.drive();
     let taking = all_targets().iter();
     let taking = taking.filter(|own| own.drive.is_none_or(|own| own == drive));
     let named = taking.map(|own| Named {
@@ -77,10 +76,10 @@ fn printed(
 }
 
 pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> {
-    let robot = robot(files, &request.robot)?;
+    let robot = files.robot(&request.robot)?;
     let drive = robot.robot.drive();
     let nominal = request.nominal.as_deref();
-    let nominal = nominal.map(|name| self::robot(files, name)).transpose()?;
+    let nominal = nominal.map(|name| files.robot(name)).transpose()?;
     let home = match request.home.as_slice() {
         [] => None,
         [all] => Some([*all; 3]),

@@ -2,12 +2,13 @@
 
 use delta_cal_host::{CalibrateError, InputError};
 use serde::Serialize;
+use tsify::Tsify;
 
 /// As the command says it on standard error.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Fault(Box<Details>);
 
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Default, Serialize, Tsify)]
 struct Details {
     /// Whether the readings are refused, and not a file wrong.
     refused: bool,

@@ -1,6 +1,6 @@
 //! The files of a page.
 
-use delta_cal_host::{InputError, InputText};
+use delta_cal_host::{InputError, InputText, RobotFile};
 
 /// Files by name, in the order in which they came.
 #[derive(Debug, Default)]
@@ -31,6 +31,10 @@ impl Folder {
     /// As the text of a robot or of a configuration.
     pub(crate) fn settings(&self, name: &str) -> Result<InputText, InputError> {
         InputText::of_settings(name, self.bytes(name)?)
+    }
+
+    pub(crate) fn robot(&self, name: &str) -> Result<RobotFile, InputError> {
+        RobotFile::read(&self.settings(name)?)
     }
 
     /// As a table.

@@ -11,10 +11,12 @@ use delta_cal_host::{
 };
 use serde::Deserialize;
 use std::path::Path;
+use tsify::Tsify;
 
 /// What the page asks for. Names are of its files.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, Tsify)]
 #[serde(default)]
+#[expect(clippy::struct_excessive_bools, reason = "boxes of a form")]
 pub(crate) struct Request {
     /// A robot file or a printer's configuration.
     pub(crate) robot: String,
@@ -28,12 +30,15 @@ pub(crate) struct Request {
     radius: Vec<String>,
     printed: Vec<String>,
     shrinkage: Vec<String>,
+    #[tsify(type = "string | null")]
     method: Option<Method>,
     robust: bool,
     /// Whether coordinates are in the sensor's frame.
     pub(crate) sensor: bool,
     /// Whether that is the frame in the robot file.
     pub(crate) stored: bool,
+    /// As `--guard`.
+    pub(crate) guard: bool,
     /// mm.
     pub(crate) limit: Option<f64>,
     /// Seconds since the beginning of 1970.

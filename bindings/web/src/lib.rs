@@ -25,9 +25,15 @@ mod validate;
 use delta_cal_host::campaign::Row;
 use fault::Fault;
 use folder::Folder;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use wasm_bindgen::prelude::wasm_bindgen;
+
+/// What `JSON.parse` makes of requests and answers.
+#[wasm_bindgen(typescript_custom_section)]
+const TEXTS: &str = "
+export type Json<T> = string & { of?: T };
+export type Answer<T> = Json<{ Ok: T; Err?: undefined } | { Ok?: undefined; Err: Fault }>;
+";
 
 /// The files of a page, and the robots of its campaign so far.
 #[wasm_bindgen]
@@ -60,59 +66,54 @@ impl Session {
         let text = self.files.table(name).ok()?;
         Some(text.text().to_owned())
     }
+}
 
+/// Questions with the types that JavaScript sees: `name(request) -> answer`.
+macro_rules! questions {
+    ($($(#[$about:meta])+ $name:ident($request:tt) -> $answer:tt = $run:expr;)+) => {
+        #[wasm_bindgen]
+        impl Session {$(
+            $(#[$about])+
+            #[wasm_bindgen(unchecked_return_type = $answer)]
+            pub fn $name(&mut self, #[wasm_bindgen(unchecked_param_type = $request)] request: &str) -> String {
+                let run: fn(&mut Self, &str) -> Result<_, Fault> = $run;
+                // `{"Ok": …}`, or `{"Err": …}` with a fault.
+                serde_json::to_string(&run(self, request)).unwrap_or_default()
+            }
+        )+}
+    };
+}
+
+questions! {
     /// What a file is, a table with the robot of a request.
-    pub fn recognise(&self, name: &str, request: &str) -> String {
-        answer(&parse(request).map(|own| recognise::one(&self.files, name, &own)))
-    }
-
+    recognise("Json<Request & RecogniseRequest>") -> "Answer<Recognised>" =
+        |own, text| Ok(recognise::one(&own.files, &parse(text)?, &parse(text)?));
     /// `delta-cal calibrate`.
-    pub fn calibrate(&self, request: &str) -> String {
-        answer(&parse(request).and_then(|own| calibrate::run(&self.files, &own)))
-    }
-
+    calibrate("Json<Request>") -> "Answer<Calibrated>" =
+        |own, text| calibrate::run(&own.files, &parse(text)?);
     /// `delta-cal export`.
-    pub fn export(&self, request: &str) -> String {
-        answer(&parse(request).and_then(|own| export::run(&self.files, &own)))
-    }
-
+    export("Json<ExportRequest>") -> "Answer<Exported>" =
+        |own, text| export::run(&own.files, &parse(text)?);
     /// The export targets of a robot.
-    pub fn targets(&self, request: &str) -> String {
-        answer(&parse(request).and_then(|own| export::targets(&self.files, &own)))
-    }
-
+    targets("Json<ExportRequest>") -> "Answer<Named[]>" =
+        |own, text| export::targets(&own.files, &parse(text)?);
     /// `delta-cal plan`.
-    pub fn plan(&self, request: &str) -> String {
-        answer(&both(request).and_then(|(of, own)| plan::run(&self.files, &of, &own)))
-    }
-
+    plan("Json<Request & PlanRequest>") -> "Answer<Planned>" =
+        |own, text| plan::run(&own.files, &parse(text)?, &parse(text)?);
     /// `delta-cal validate`.
-    pub fn validate(&self, request: &str) -> String {
-        answer(&parse(request).and_then(|own| validate::run(&self.files, &own)))
-    }
-
+    validate("Json<Request>") -> "Answer<Validated>" =
+        |own, text| validate::run(&own.files, &parse(text)?);
+    /// The same of two files of one robot.
+    compare("Json<Request>") -> "Answer<Compared>" =
+        |own, text| validate::compare(&own.files, &parse(text)?);
     /// `delta-cal simulate`: the next robots of a campaign.
-    pub fn simulate(&mut self, request: &str) -> String {
-        let done = parse(request).and_then(|own| campaign::run(&self.files, &own, &mut self.rows));
-        answer(&done)
-    }
-
+    simulate("Json<SimulateRequest>") -> "Answer<Simulated>" =
+        |own, text| campaign::run(&own.files, &parse(text)?, &mut own.rows);
     /// Shoulders, elbows and platform of a robot and of its calibration.
-    pub fn skeleton(&self, request: &str) -> String {
-        answer(&both(request).and_then(|(of, own)| picture::skeleton(&self.files, &of, &own)))
-    }
+    skeleton("Json<Request & SkeletonRequest>") -> "Answer<Skeleton>" =
+        |own, text| picture::skeleton(&own.files, &parse(text)?, &parse(text)?);
 }
 
 fn parse<T: DeserializeOwned>(request: &str) -> Result<T, Fault> {
     serde_json::from_str(request).map_err(|error| Fault::of_request(error.to_string()))
-}
-
-/// What a request is about, and the rest of it.
-fn both<T: DeserializeOwned>(request: &str) -> Result<(inputs::Request, T), Fault> {
-    Ok((parse(request)?, parse(request)?))
-}
-
-/// `{"Ok": …}`, or `{"Err": …}` with a fault.
-fn answer<T: Serialize>(done: &Result<T, Fault>) -> String {
-    serde_json::to_string(done).unwrap_or_default()
 }

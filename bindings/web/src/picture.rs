@@ -5,20 +5,21 @@ use crate::folder::Folder;
 use crate::inputs;
 use delta_cal::Robot;
 use delta_cal::robot::Drive;
-use delta_cal_host::RobotFile;
 use delta_cal_host::printer::{ACROSS, Off, Printer};
 use serde::{Deserialize, Serialize};
+use tsify::Tsify;
 
 /// A robot file with a calibration, and joints in the file's unit.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, Tsify)]
 #[serde(default)]
+#[tsify(rename = "SkeletonRequest")]
 pub(crate) struct Request {
     after: String,
     joints: [f64; 3],
 }
 
 /// Three arms: shoulder and elbow of each, and the platform; mm.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Arms {
     shoulders: [[f64; 3]; 3],
     elbows: [[f64; 3]; 3],
@@ -26,7 +27,7 @@ pub(crate) struct Arms {
 }
 
 /// The same robot as its file says and as it was found, if both reach these joints.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Skeleton {
     before: Option<Arms>,
     after: Option<Arms>,
@@ -40,7 +41,7 @@ pub(crate) fn skeleton(
 ) -> Result<Skeleton, Fault> {
     let machine = before.machine(files)?;
     let before = machine.robot();
-    let after = RobotFile::read(&files.settings(&request.after)?)?;
+    let after = files.robot(&request.after)?;
     let joints = match before.robot.drive() {
         Drive::Rotary => request.joints.map(f64::to_radians),
         Drive::Linear => request.joints,
@@ -68,7 +69,7 @@ fn arms(robot: &Robot<f64>, joints: [f64; 3]) -> Option<Arms> {
 
 /// Where the nozzle is when its controller believes that it touches the bed: x, y and the height about its mean at places so
 /// far apart, mm.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Bed {
     radius: f64,
     step: f64,

@@ -5,14 +5,18 @@ use crate::folder::Folder;
 use crate::inputs::{self, Machine};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::import::Imported;
-use delta_cal_host::planning::{LEAST, MOST, Order, PlanRequest, Region, Wishes, plan, plan_for};
+use delta_cal_host::planning::{
+    LEAST, MOST, Order, PlanRequest, Precision, Region, Wishes, plan, plan_for,
+};
 use delta_cal_host::printer::touches_of_bed;
 use delta_cal_host::report::plan as report;
 use delta_cal_host::{Frame, RobotFile};
 use serde::{Deserialize, Serialize};
+use tsify::Tsify;
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, Tsify)]
 #[serde(default)]
+#[tsify(rename = "PlanRequest")]
 pub(crate) struct Request {
     /// As `--measure`.
     measure: String,
@@ -25,24 +29,29 @@ pub(crate) struct Request {
     shortest: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 #[serde(untagged)]
 pub(crate) enum Planned {
     Poses(Poses),
     Touches(Touches),
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Poses {
     text: String,
     csv: String,
     json: String,
+    /// What is measured, mm.
+    places: Vec<[f64; 3]>,
+    /// Expected error before any measurement, if a tolerance is stated, and after these, mm.
+    before: Option<f64>,
+    after: f64,
     /// Places all over the workspace, mm.
     workspace: Vec<[f64; 3]>,
 }
 
 /// Of a printer's bed.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Touches {
     /// The commands for its console.
     gcode: String,
@@ -108,13 +117,21 @@ fn poses(robot: &RobotFile, frame: Frame, request: &Request) -> Result<Poses, Fa
     };
     let planned = planned.map_err(|error| Fault::refused(error.to_string(), error.remedy()))?;
     let workspace = Wanted::in_workspace(robot).evaluated;
-    let places = workspace
+    let workspace = workspace
         .iter()
         .map(|at| robot.convention.vector(at).into());
+    let expected = |own: &Precision| own.of(request.absolute);
     Ok(Poses {
+        places: planned
+            .measurements
+            .iter()
+            .map(|own| own.position_mm)
+            .collect(),
+        before: planned.before.as_ref().map(expected),
+        after: expected(&planned.after),
         text: report::text(&planned),
         csv: report::csv(&planned.measurements, &robot.convention),
         json: report::json(&planned),
-        workspace: places.collect(),
+        workspace: workspace.collect(),
     })
 }

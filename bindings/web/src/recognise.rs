@@ -10,10 +10,11 @@ use delta_cal_host::text::{count, list};
 use delta_cal_host::{
     InputError, InputText, Planned, Readings, RobotFile, read_joints, read_positions,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use tsify::Tsify;
 
 /// What a file is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Tsify)]
 #[serde(rename_all = "lowercase")]
 enum Kind {
     Robot,
@@ -33,8 +34,15 @@ enum Kind {
     Unusable,
 }
 
+/// The file.
+#[derive(Debug, Default, Deserialize, Tsify)]
+#[tsify(rename = "RecogniseRequest")]
+pub(crate) struct Which {
+    name: String,
+}
+
 /// A file and what it is.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Tsify)]
 pub(crate) struct Recognised {
     name: String,
     kind: Kind,
@@ -44,7 +52,8 @@ pub(crate) struct Recognised {
 }
 
 /// What a file is, for itself or with the robot that tables are read with; `None` of a table without a robot.
-pub(crate) fn one(files: &Folder, name: &str, request: &Request) -> Recognised {
+pub(crate) fn one(files: &Folder, request: &Request, which: &Which) -> Recognised {
+    let name = &*which.name;
     if let Some(found) = settings(files, name) {
         return found;
     }
@@ -70,7 +79,7 @@ fn settings(files: &Folder, name: &str) -> Option<Recognised> {
         }
     };
     if is_robot_file(&text) {
-        let found = files.settings(name).and_then(|text| RobotFile::read(&text));
+        let found = files.robot(name);
         return Some(match found {
             Ok(robot) => recognised(name, Kind::Robot, of_robot(&robot), None),
             Err(error) => recognised(name, Kind::Robot, "Robot file", Some(error.into())),

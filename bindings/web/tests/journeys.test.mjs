@@ -351,7 +351,9 @@ const LOOKS = [
 ];
 for (const settings of [
   { colorScheme: "light", viewport: { width: 1200, height: 900 } },
-  { colorScheme: "dark", viewport: { width: 380, height: 800 } },
+  { colorScheme: "dark", viewport: { width: 360, height: 800 } },
+  // As wide as 1280 px at 400 %.
+  { colorScheme: "light", forcedColors: "active", viewport: { width: 320, height: 640 } },
 ]) {
   const look = `${settings.colorScheme}-${settings.viewport.width}`;
   journey(`no barrier that axe finds: ${look}`, async (page) => {
@@ -377,6 +379,35 @@ for (const settings of [
     }
   }, settings);
 }
+
+/** That nothing ends beyond the margins of A4, 180 mm apart. */
+async function fitsA4(page, within) {
+  await page.emulateMedia({ media: "print" });
+  await page.setViewportSize({ width: 680, height: 1000 });
+  const beyond = await page.locator(within).evaluateAll((all) => {
+    const inside = (own) => [own, ...[...(own.shadowRoot ?? own).querySelectorAll("*")].filter((child) => child.getClientRects().length)];
+    return all.flatMap(inside).filter((own) => own.getBoundingClientRect().right > 681).map((own) => own.outerHTML.slice(0, 80));
+  });
+  assert.deepEqual(beyond, []);
+  if (process.env.SCREENSHOTS) await page.pdf({ path: join(process.env.SCREENSHOTS, `${within.replace(/\W/g, "")}.pdf`), preferCSSPageSize: true });
+}
+
+journey("checklist and certificate are whole on A4", async (page) => {
+  const [head, rows] = split(text(example("paper-robot/samples.csv")));
+  await give(page, example("paper-robot/robot.toml"), made("samples.csv", [head, ...rows.slice(0, 20), ""].join("\n")));
+  await result(page);
+  await give(page, made("check.csv", [head, ...rows.slice(20), ""].join("\n")));
+  await page.locator("[data-name='check.csv']").waitFor({ state: "attached" });
+  await page.getByRole("tab", { name: "Validate" }).click();
+  await page.locator("#validate").getByRole("button", { name: "Validate" }).click();
+  await page.locator("#validated footer").waitFor();
+  await fitsA4(page, "#validated .report");
+  await page.emulateMedia({ media: null });
+  await page.getByRole("tab", { name: "Plan" }).click();
+  await page.getByRole("button", { name: "Plan", exact: true }).click();
+  await page.locator(".checklist").waitFor();
+  await fitsA4(page, ".checklist");
+});
 
 journey("what was computed from other files or choices is not shown", async (page) => {
   await page.getByRole("button", { name: "Printer with Klipper" }).click();
@@ -474,6 +505,56 @@ journey("heights are typed or pasted into a table", async (page) => {
   assert.deepEqual((await downloaded(page, "Save heights.csv")).trim().split("\n"), file);
 });
 
+journey("an answer of Marlin's G33 calibrates with its configuration", async (page) => {
+  const [settings, answer] = text(testCase("printers-cfg/marlin-octoprint.txt")).replaceAll("Recv: ", "").split("Send: G33 P3 V3\n");
+  const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
+  const files = ["Configuration.h", "g33.txt"].map((name) => join(folder, name));
+  writeFileSync(files[0], `${settings}#define PRINTABLE_RADIUS 100\n`);
+  writeFileSync(files[1], answer);
+  const written = command(files, "calibrate", "Configuration.h", "g33.txt", "--output", "calibrated.toml");
+  await give(page, ...files);
+  await result(page);
+  assert.match(await page.locator("#verdict").innerText(), /From \d+ heights/);
+  same(await downloaded(page, "Download calibrated.toml"), written.file("calibrated.toml"), "calibrated.toml");
+});
+
+journey("a robot with targets and a tool calibrates as the command does", async (page) => {
+  const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
+  const files = ["robot.toml", "samples.csv"].map((name) => join(folder, name));
+  writeFileSync(files[0], `${text(example("paper-robot/robot.toml"))}\n[tool]\nx_mm = 0\ny_mm = 0\nz_mm = -50\n[targets.A]\nx_mm = 0\ny_mm = 0\nz_mm = 0\nsigma_mm = 0.01\n[targets.B]\nx_mm = 0\ny_mm = 0\nz_mm = 0\nsigma_mm = 0.02\n`);
+  const [head, rows] = split(text(example("paper-robot/samples.csv")));
+  writeFileSync(files[1], [`${head},target`, ...rows.map((row, index) => `${row},${"AB"[index % 2]}`), ""].join("\n"));
+  const written = command(files, ...CALIBRATE);
+  assert.equal(written.code, 0, written.said);
+  await give(page, ...files);
+  await result(page);
+  for (const name of ["calibrated.toml", "report.html"]) same(await downloaded(page, `Download ${name}`), written.file(name), name);
+});
+
+journey("a calibration is compared with the file that it comes from", async (page) => {
+  const files = [example("paper-robot/robot.toml"), example("paper-robot/samples.csv")];
+  await give(page, ...files);
+  await result(page);
+  const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
+  writeFileSync(join(folder, "calibrated.toml"), await downloaded(page, "Download calibrated.toml"));
+  await page.getByRole("tab", { name: "Validate" }).click();
+  await page.selectOption("#validate-samples", "robot.toml");
+  await page.getByRole("button", { name: "Compare" }).click();
+  const written = command([files[0], join(folder, "calibrated.toml")], "validate", "robot.toml", "calibrated.toml", "--json", "comparison.json");
+  alike(await downloaded(page, "Download comparison.json"), written.file("comparison.json"), "comparison.json");
+});
+
+journey("what more measurements bring is drawn over their number", async (page) => {
+  await give(page, example("paper-robot/robot.toml"));
+  await page.getByRole("tab", { name: "Plan" }).click();
+  await page.locator("#plan-robot option[value='robot.toml']").waitFor({ state: "attached" });
+  await page.getByRole("button", { name: "Expected error by count" }).click();
+  await page.locator("#curve td").first().waitFor();
+  const written = command([example("paper-robot/robot.toml")], "plan", "robot.toml", "--count", "8", "--frame", "sensor", "--json", "plan.json", "--output", "poses.csv");
+  const { planned } = JSON.parse(written.file("plan.json"));
+  assert.equal(await page.locator("#curve td").first().innerText(), planned.relative_rms_mm.toPrecision(2));
+});
+
 journey("an export for the printer itself has the bed of its lines", async (page) => {
   await page.getByRole("button", { name: "Printer with Klipper" }).click();
   await result(page);
@@ -502,7 +583,7 @@ test("a program that is not there is asked for three times, and the page says so
   const context = await browser.newContext({ serviceWorkers: "block" });
   const page = await context.newPage();
   let asked = 0;
-  await page.route("**/*.wasm", (route) => {
+  await page.route("**/*.lzma", (route) => {
     asked++;
     return route.fulfill({ status: 404 });
   });

@@ -257,7 +257,7 @@ fn words(name: &str) -> Vec<String> {
     let degrees = name.replace('°', " ° ");
     let part = |c: char| c.is_alphanumeric() || c == '°';
     let words = degrees.split(|c| !part(c)).filter(|word| !word.is_empty());
-    words.map(str::to_lowercase).collect()
+    words.map(str::to_ascii_lowercase).collect()
 }
 
 /// The value of the option `--columns`.

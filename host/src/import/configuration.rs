@@ -134,7 +134,7 @@ impl Reader<'_> {
                     .at_line(*line)
                     .with_remedy("correct the line, or put # before it"));
             };
-            let key = (section.to_owned(), option.trim().to_lowercase());
+            let key = (section.to_owned(), option.trim().to_ascii_lowercase());
             let entry = Entry {
                 value: value.trim().to_owned(),
                 file: text.name().to_owned(),

@@ -62,7 +62,7 @@ pub(super) struct Touch {
 /// # Errors
 /// Answers without places; a place that the printer does not reach; G33 without the radius of its circle.
 pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>, InputError> {
-    let content = text.text().to_lowercase();
+    let content = text.text().to_ascii_lowercase();
     let mut touches = match table(&content).or_else(|| height_map(&content)) {
         Some(found) => found,
         None => answers(imported, text, &content)?,

@@ -115,7 +115,7 @@ pub(super) fn import(
 ) -> Result<Imported, InputError> {
     let mut entries = BTreeMap::new();
     for (line, own) in (1..).zip(input.text().lines()) {
-        let lower = own.to_lowercase();
+        let lower = own.to_ascii_lowercase();
         let lower = lower.split(['#', ';', '(']).next().unwrap_or_default();
         let Some((name, value)) = lower.split_once([':', '=']) else {
             continue;

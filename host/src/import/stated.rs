@@ -90,7 +90,9 @@ pub fn lengths(input: &InputText) -> Result<Option<Vec<Length>>, InputError> {
         let cells = line.split(marks).map(|own| own.trim().trim_matches('"'));
         cells.map(str::to_owned).collect()
     };
-    let header = lines.next().map(|(_, own)| cells(&own.to_lowercase()));
+    let header = lines
+        .next()
+        .map(|(_, own)| cells(&own.to_ascii_lowercase()));
     let header = header.unwrap_or_default();
     let known = |own: &String| COLUMNS.contains(&own.as_str());
     if !header.iter().any(|own| own == "length_mm") || !header.iter().all(known) {

@@ -227,7 +227,7 @@ impl Key {
 
     /// Whether its name suggests a time and every cell is one.
     fn is_time(&self) -> bool {
-        let name = self.name.to_lowercase();
+        let name = self.name.to_ascii_lowercase();
         let named = name.contains("time")
             || name == "t"
             || name.starts_with("t ")
@@ -300,14 +300,14 @@ impl Key {
             let known: HashSet<_> = self.joints.iter().map(|own| change(own)).collect();
             self.measured.iter().all(|own| known.contains(&change(own)))
         };
-        if known(&|own| own.trim().to_lowercase()) {
+        if known(&|own| own.trim().to_ascii_lowercase()) {
             return Some("write the names with the same capital letters in both files".to_owned());
         }
         // What stands before the last separator, and the rest.
         let parts = |own: &str| {
             let at = own.rfind([':', '/', '\\', '.']).map_or(0, |at| at + 1);
             let (before, name) = own.split_at(at);
-            (before.trim().to_owned(), name.trim().to_lowercase())
+            (before.trim().to_owned(), name.trim().to_ascii_lowercase())
         };
         known(&|own| parts(own).1).then(|| {
             let mut all = self.measured.iter().chain(&self.joints);

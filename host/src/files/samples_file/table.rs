@@ -466,7 +466,7 @@ impl<'a> Table<'a> {
                 labels.insert(line, label);
             }
             let outside = self.input.lines().is_some_and(|own| !own.contains(&line));
-            let unused = match cell(used).map(|own| own.to_lowercase()).as_deref() {
+            let unused = match cell(used).map(|own| own.to_ascii_lowercase()).as_deref() {
                 None | Some("1" | "yes" | "true") => false,
                 Some("0" | "no" | "false" | "-") => true,
                 Some(other) => {
@@ -586,7 +586,7 @@ fn is_named(name: &str) -> bool {
 
 /// Whether a name looks as if it were an uncertainty: U95, Ux, Uncertainty, sigma X.
 fn is_uncertainty(name: &str) -> bool {
-    let name = name.to_lowercase();
+    let name = name.to_ascii_lowercase();
     let word = name
         .split(|own: char| !own.is_alphanumeric())
         .next()

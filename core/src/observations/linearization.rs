@@ -1,7 +1,7 @@
 //! Weights of the rows, their residuals and derivatives.
 
 use super::equation::{At, Equation};
-use super::observation::{LOWER, ObservationError, ObservationRow, READINGS, lower_rows};
+use super::observation::{LOWER, ObservationError, ObservationRow, READINGS};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, OF_ARM, OF_ROBOT, Robot, TRANSMISSION_NUMBERS};
 use crate::samples::{Unknowns, squares};
@@ -57,7 +57,6 @@ impl<T: Real> ObservationRow<T> {
     }
 
     /// Computes the weights of the readings.
-    #[inline(never)]
     pub(super) fn take_weights(&mut self, at: &At<'_, T>) {
         let robot = at.robot;
         let Some((own, other)) = self.poses(robot) else {
@@ -72,7 +71,7 @@ impl<T: Real> ObservationRow<T> {
             }
             parts
         };
-        let mut shares = [[T::ZERO; 6]; READINGS];
+        let mut shares = [None; READINGS];
         for (share, equation) in shares.iter_mut().zip(&equations) {
             let Some(equation) = equation else { continue };
             let [a, b, c] = by_joints(&own, &self.observation.joints, &equation.by_position);
@@ -85,32 +84,12 @@ impl<T: Real> ObservationRow<T> {
                 opposite = by_joints(other, joints, &-equation.by_position);
             }
             let [d, e, f] = opposite;
-            *share = [a, b, c, d, e, f];
+            *share = Some(([a, b, c, d, e, f], equation.sigma));
         }
         let [first, ..] = robot.arms();
         let size = own.position.dot(&own.position) + first.lb().squared();
-        let rounding = (T::from_f64(ROUNDING) * T::EPSILON).squared() * size;
-        let mut covariance = [[T::ZERO; READINGS]; READINGS];
-        for (index, ((row, share), equation)) in covariance
-            .iter_mut()
-            .zip(&shares)
-            .zip(&equations)
-            .enumerate()
-        {
-            let Some(equation) = equation else {
-                if let Some(diagonal) = row.get_mut(index) {
-                    *diagonal = T::ONE;
-                }
-                continue;
-            };
-            for (entry, other) in row.iter_mut().zip(&shares).take(index + 1) {
-                *entry = product(share, other);
-            }
-            if let Some(diagonal) = row.get_mut(index) {
-                *diagonal += equation.sigma.squared() + rounding;
-            }
-        }
-        self.factor = cholesky(&covariance);
+        let rounding = T::from_f64(ROUNDING) * T::EPSILON;
+        self.factor = cholesky(&shares, rounding.squared() * size);
     }
 
     fn poses(&self, robot: &Robot<T>) -> Option<(Pose<T>, Option<Pose<T>>)> {
@@ -286,19 +265,25 @@ impl<T: Real> ObservationRow<T> {
 
     /// L⁻¹ times columns of readings, times √ of the row's weight. Missing readings are 0.
     fn whiten(&self, columns: &mut [[T; READINGS]]) {
+        let is_read = |index: &usize| self.observation.is_read(*index);
         for (index, row) in self.factor_rows().enumerate() {
-            let Some((pivot, row)) = row.split_last().filter(|_| self.observation.is_read(index))
-            else {
+            let Some((pivot, row)) = row.split_last().filter(|_| is_read(&index)) else {
                 continue;
             };
-            for column in columns.iter_mut() {
-                let Some((known, [entry, ..])) = column.split_at_mut_checked(index) else {
-                    continue;
-                };
-                for (factor, known) in row.iter().zip(known) {
-                    *entry -= *factor * *known;
+            // Where nothing is read there are zeros.
+            for (known, factor) in row.iter().enumerate().filter(|(known, _)| is_read(known)) {
+                for column in columns.iter_mut() {
+                    if let (Some(known), Some(entry)) =
+                        (column.get(known).copied(), column.get_mut(index))
+                    {
+                        *entry -= *factor * known;
+                    }
                 }
-                *entry /= *pivot;
+            }
+            for column in columns.iter_mut() {
+                if let Some(entry) = column.get_mut(index) {
+                    *entry /= *pivot;
+                }
             }
         }
         if self.root_weight != T::ONE {
@@ -348,7 +333,6 @@ fn absorb_part<T: Real, const K: usize>(
 }
 
 /// Adds ∂h/∂P of a reading whose derivative by the pose's position is `by_position`.
-#[inline(never)]
 fn add_by_parameters<T: Real>(
     columns: &mut [[T; READINGS]],
     reading: usize,
@@ -368,7 +352,6 @@ fn add_by_parameters<T: Real>(
 }
 
 /// Adds the derivatives by the numbers of the transmissions, which follow the parameters.
-#[inline(never)]
 fn add_by_transmissions<T: Real>(
     columns: &mut [[T; READINGS]],
     reading: usize,
@@ -410,35 +393,35 @@ fn product<T: Real>(one: &[T], other: &[T]) -> T {
         .fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
-/// L of L Lᵀ, each row up to its diagonal, which is positive: every reading has its own σ.
-fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [T; LOWER] {
+/// L of L Lᵀ, each row up to its diagonal, which is positive: every reading has its own σ. Of each reading, the parts of the
+/// joints' noise and σ; where nothing is read there is a 1. L Lᵀ is the readings' covariance, `rounding` on its diagonal.
+fn cholesky<T: Real>(shares: &[Option<([T; 6], T)>; READINGS], rounding: T) -> [T; LOWER] {
+    let mut rows = [[T::ZERO; READINGS]; READINGS];
     let mut factor = [T::ZERO; LOWER];
-    let mut start = 0;
-    for (index, entries) in covariance.iter().enumerate() {
-        let mut own = [T::ZERO; READINGS];
-        for (column, (entry, above)) in entries
-            .iter()
-            .zip(lower_rows(&factor))
-            .enumerate()
-            .take(index)
-        {
-            let sum = *entry - product(&own, above);
-            if let (Some(target), Some(pivot)) = (own.get_mut(column), above.last()) {
-                *target = sum / *pivot;
+    let mut entries = factor.iter_mut();
+    for (index, share) in shares.iter().enumerate() {
+        let Some((known, [own, ..])) = rows.split_at_mut_checked(index) else {
+            break;
+        };
+        let mut diagonal = T::ONE;
+        if let Some((share, sigma)) = share {
+            for (column, (above, other)) in known.iter().zip(shares).enumerate() {
+                if let (Some((other, _)), Some(pivot)) = (other, above.get(column)) {
+                    let sum = product(share, other) - product(own, above);
+                    if let Some(entry) = own.get_mut(column) {
+                        *entry = sum / *pivot;
+                    }
+                }
             }
+            let variance = product(share, share) + (sigma.squared() + rounding);
+            diagonal = (variance - product(own, own)).square_root();
         }
-        let squared = entries.get(index).copied().unwrap_or(T::ONE) - product(&own, &own);
-        if let Some(target) = own.get_mut(index) {
-            *target = squared.square_root();
+        if let Some(entry) = own.get_mut(index) {
+            *entry = diagonal;
         }
-        for (entry, value) in factor
-            .iter_mut()
-            .skip(start)
-            .zip(own.iter().take(index + 1))
-        {
+        for (value, entry) in own.iter().take(index + 1).zip(&mut entries) {
             *entry = *value;
         }
-        start += index + 1;
     }
     factor
 }

@@ -193,7 +193,12 @@ impl<T: Real> ObservationRow<T> {
 
     /// The rows of L, each up to its diagonal.
     pub(super) fn factor_rows(&self) -> impl Iterator<Item = &[T]> {
-        lower_rows(&self.factor)
+        let mut rest = self.factor.as_slice();
+        (1..=READINGS).map_while(move |length| {
+            let (row, below) = rest.split_at_checked(length)?;
+            rest = below;
+            Some(row)
+        })
     }
 
     /// Whether the row is ignored because the nominal robot does not reach its joint angles, so that its readings have
@@ -201,14 +206,4 @@ impl<T: Real> ObservationRow<T> {
     pub const fn is_left_out(&self) -> bool {
         self.left_out
     }
-}
-
-/// The rows of a lower triangle, each up to its diagonal.
-pub(super) fn lower_rows<T>(factor: &[T; LOWER]) -> impl Iterator<Item = &[T]> {
-    let mut rest = factor.as_slice();
-    (1..=READINGS).map_while(move |length| {
-        let (row, below) = rest.split_at_checked(length)?;
-        rest = below;
-        Some(row)
-    })
 }

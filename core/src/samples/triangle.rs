@@ -440,14 +440,13 @@ pub(crate) fn add_multiple<T: Real>(to: &mut [T], factor: T, vector: &[T]) {
 }
 
 pub(crate) fn affine<T: Real>(entries: &[T], x: &[T], product: &mut [T]) {
-    let mut rest = entries;
-    for (index, target) in product.iter_mut().enumerate() {
-        let x = x.get(index..).unwrap_or_default();
+    let (mut rest, mut x) = (entries, x);
+    for target in product {
         let Some((row, [right, below @ ..])) = rest.split_at_checked(x.len()) else {
             return;
         };
-        rest = below;
         *target = plus_products(*right, row, x);
+        (rest, x) = (below, x.get(1..).unwrap_or_default());
     }
 }
 

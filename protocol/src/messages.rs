@@ -330,10 +330,11 @@ pub enum Phase {
 }
 
 /// What the joints do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Motion {
     /// They approach the last point.
+    #[default]
     Approaching,
     /// They follow the path.
     Following,
@@ -344,7 +345,7 @@ pub enum Motion {
 }
 
 /// Statistics of the control loop since the controller started.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ControlLoop<T> {
     /// Number of cycles.
     pub turns: u32,
@@ -376,21 +377,11 @@ pub struct ControlLoop<T> {
 
 impl<T: Real> ControlLoop<T> {
     /// Before the first cycle, with these parameters.
-    pub const fn new(fingerprint: u32) -> Self {
+    pub fn new(fingerprint: u32) -> Self {
         Self {
-            turns: 0,
-            longest_ticks: 0,
-            longest_ticks_calibrating: 0,
             ticks_a_second: 1,
-            late: 0,
-            stops: 0,
-            switches: 0,
             fingerprint,
-            turns_a_second: 0,
-            stopped: 0,
-            motion: Motion::Approaching,
-            point: [T::ZERO; 3],
-            joints: [T::ZERO; 3],
+            ..Self::default()
         }
     }
 }

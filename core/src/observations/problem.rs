@@ -301,7 +301,6 @@ impl<T: Unknowns<N>, const N: usize> Problem<T, N> for ObservationProblem<'_, T,
     }
 
     /// Derives the readings of one row, or absorbs a part of them.
-    #[inline(never)]
     fn linearize(
         &self,
         at: &InstrumentsAt<T, N>,
@@ -384,7 +383,6 @@ impl<T: Real, const N: usize> Prepared<T, N> {
     ///
     /// # Errors
     /// [`Refusal::UnusableInstrument`], [`Refusal::TooFewObservations`].
-    #[inline(never)]
     pub(super) fn begun(
         robot: &Robot<T>,
         instruments: &Instruments<'_, T>,

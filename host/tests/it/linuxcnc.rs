@@ -223,7 +223,7 @@ fn linuxcnc_commands_the_joint_angles_of_the_robot() {
         let chunk = rows.next().unwrap_or_else(|| panic!("{printed}"));
         assert_driven(&folder, (name, 1.0), &wanted(arms), chunk);
     }
-    let cause = "revision 5 is not taken over: The upper arm or the forearm is not longer than 0.";
+    let cause = "revision 5 is not taken over: The length of an upper arm or forearm is not greater than 0.";
     assert!(printed.contains(cause), "{printed}");
     // LinuxCNC refuses an unreachable position and carries on.
     let [None, Some(_)] = rows.next().unwrap() else {

@@ -15,10 +15,10 @@ Joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, positive with the elbow dow
 la-x and la-y state it.
 X, Y and Z are those of the platform point in the robot's frame. Further joints are A, B, C, U, V and W.
 
-The component takes over the parameters of all arms together, when the number on the pin revision changes, and once
-hold is FALSE: the joint angles jump, so that the machine must be off. If they
-are not those of a robot, or if one is not set, the component keeps the robot before, and says why. Without any
-robot, and for a position or joint angles that the robot cannot have, the kinematics fails, and LinuxCNC refuses the
+The component takes over the parameters of all arms together, when the number on the pin revision changes, and once hold
+is FALSE: the joint angles jump, so that the machine must be off. If they are not those of a robot, or if one is not set,
+the component keeps the robot before, and says why. Without any robot, and for a position or joint angles that the robot
+cannot have, the kinematics fails, and LinuxCNC refuses the
 move.
 """;
 

@@ -184,12 +184,28 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
             minimizer.step(&problem, &mut outcome.estimate)?;
             return Ok(Progress::Working);
         }
-        self.outcome = Some(ObservationOutcome::vacant(&self.robot));
-        enough_samples(&problem.extent(), ArmIndex::First, &self.settings)?;
-        let prior = problem.prior(&self.settings);
-        let unstarted = Minimizer::unstarted(ArmIndex::First, prior, &self.settings);
-        self.minimizer.insert(unstarted).begin(&problem);
+        Self::vacate(&mut self.outcome, &self.robot);
+        Self::begin(&mut self.minimizer, &problem, &self.settings)?;
         Ok(Progress::Working)
+    }
+
+    #[inline(never)] // with `begin` 6 kB of stack, 18 kB built for size
+    fn vacate(outcome: &mut Option<ObservationOutcome<T, N>>, robot: &Robot<T>) {
+        *outcome = Some(ObservationOutcome::vacant(robot));
+    }
+
+    #[inline(never)] // see `vacate`
+    fn begin(
+        minimizer: &mut Option<ObservationMinimizer<T, N>>,
+        problem: &ObservationProblem<'_, T, N>,
+        settings: &Settings<T>,
+    ) -> Result<(), Refusal> {
+        enough_samples(&problem.extent(), ArmIndex::First, settings)?;
+        let prior = problem.prior(settings);
+        minimizer
+            .insert(Minimizer::unstarted(ArmIndex::First, prior, settings))
+            .begin(problem);
+        Ok(())
     }
 
     /// The calibrated robot and the placement of the instruments, or the reason for refusal.

@@ -33,7 +33,7 @@ pub enum StoreError {
 ///
 /// A half holds one record, at its beginning. The next record goes to the half that does not hold the newest one, so a
 /// power cut while erasing or writing cannot damage the newest record. No older record remains behind the newest in the
-/// same half, where it could reappear if the newest is damaged.
+/// same half, where it could reappear if the newest is damaged: a log of records, as `sequential-storage` keeps it, has them.
 #[derive(Debug)]
 pub struct Halves<F> {
     pub(crate) flash: F,

@@ -13,6 +13,11 @@ use heapless::spsc::{Consumer, Producer, Queue};
 pub struct Handover<T: Real> {
     parameters: Queue<NewParameters<T>, 2>,
     state: Queue<State<T>, 2>,
+    words: Words,
+}
+
+#[derive(Debug, Default)]
+struct Words {
     calibrating: AtomicBool,
     /// The stop after which the joints may move again.
     resume: AtomicU32,
@@ -34,8 +39,7 @@ impl<T: Real> Handover<T> {
             Background {
                 parameters: parameters_in,
                 state: state_out,
-                calibrating: &self.calibrating,
-                resume: &self.resume,
+                words: &self.words,
             },
             Foreground {
                 control_loop: ControlLoop::new(parameters, path, limits, joints),
@@ -43,8 +47,7 @@ impl<T: Real> Handover<T> {
                 late_by: 0,
                 parameters: parameters_out,
                 state: state_in,
-                calibrating: &self.calibrating,
-                resume: &self.resume,
+                words: &self.words,
             },
         )
     }
@@ -55,8 +58,7 @@ impl<T: Real> Handover<T> {
 pub struct Background<'a, T: Real> {
     parameters: Producer<'a, NewParameters<T>>,
     state: Consumer<'a, State<T>>,
-    calibrating: &'a AtomicBool,
-    resume: &'a AtomicU32,
+    words: &'a Words,
 }
 
 impl<T: Number> Background<'_, T> {
@@ -73,8 +75,8 @@ impl<T: Number> Background<'_, T> {
             let _ = self.hand_over(parameters);
         }
         self.let_resume(controller.resume);
-        self.calibrating
-            .store(controller.session.calibrating(), Ordering::Relaxed);
+        let calibrating = controller.session.calibrating();
+        self.words.calibrating.store(calibrating, Ordering::Relaxed);
     }
 
     /// Hands new parameters to the control loop.
@@ -87,7 +89,7 @@ impl<T: Number> Background<'_, T> {
 
     /// Lets the joints approach the path again after the [stop](State::stopped) at this turn.
     pub fn let_resume(&self, stopped: u32) {
-        self.resume.store(stopped, Ordering::Relaxed);
+        self.words.resume.store(stopped, Ordering::Relaxed);
     }
 
     /// The last state of the control loop, if it is new: the queue holds one.
@@ -108,8 +110,7 @@ pub struct Foreground<'a, T: Real, P> {
     late_by: i64,
     parameters: Consumer<'a, NewParameters<T>>,
     state: Producer<'a, State<T>>,
-    calibrating: &'a AtomicBool,
-    resume: &'a AtomicU32,
+    words: &'a Words,
 }
 
 impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
@@ -131,8 +132,8 @@ impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
             self.due(time + self.late_by, period);
         }
         self.began = Some(now);
-        self.control_loop
-            .resume(self.resume.load(Ordering::Relaxed));
+        let resume = self.words.resume.load(Ordering::Relaxed);
+        self.control_loop.resume(resume);
         if let Some(new) = self.parameters.peek()
             && self.control_loop.switch_to(new)
         {
@@ -147,7 +148,7 @@ impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
         }
         let took = timer.now().wrapping_sub(now) & C::MASK;
         state.longest_ticks = state.longest_ticks.max(took);
-        if self.calibrating.load(Ordering::Relaxed) {
+        if self.words.calibrating.load(Ordering::Relaxed) {
             state.longest_ticks_calibrating = state.longest_ticks_calibrating.max(took);
         }
     }

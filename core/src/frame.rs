@@ -96,7 +96,6 @@ impl<T: Real> RigidTransform<T> {
 }
 
 /// The rotation R that maximises Σ to · R from; `products` is Σ from · toᵀ, and `spread` the sum of all squares.
-#[inline(never)]
 pub(crate) fn best_rotation<T: Real>(products: &Matrix3<T>, spread: T) -> Option<Matrix3<T>> {
     if !((spread * spread).finite() && spread > T::ZERO) {
         return None;

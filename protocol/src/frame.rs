@@ -2,7 +2,6 @@
 
 use crate::wire::{Reader, Wire, Writer};
 use cobs::{decode_in_place, try_encode};
-use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 
@@ -40,27 +39,24 @@ impl Direction {
 }
 
 /// The message is larger than [`LARGEST_FRAME`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the message does not fit a frame")]
 pub struct EncodeError;
 
-impl fmt::Display for EncodeError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("the message does not fit a frame")
-    }
-}
-
-impl core::error::Error for EncodeError {}
-
 /// Why received bytes are not a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
     /// Wrong checksum, too short, or invalid COBS.
+    #[error("a damaged frame")]
     Damaged,
     /// More bytes between two delimiters than in the largest frame.
+    #[error("a frame longer than any message")]
     TooLong,
     /// The frame has the opposite direction: an echo.
+    #[error("an echo of what was sent")]
     WrongDirection,
     /// An intact frame of an unsupported protocol version.
+    #[error("a frame of protocol version {version}")]
     UnknownVersion {
         /// Its sequence number.
         sequence: u16,
@@ -68,21 +64,6 @@ pub enum FrameError {
         version: u8,
     },
 }
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Damaged => formatter.write_str("a damaged frame"),
-            Self::TooLong => formatter.write_str("a frame longer than any message"),
-            Self::WrongDirection => formatter.write_str("an echo of what was sent"),
-            Self::UnknownVersion { version, .. } => {
-                write!(formatter, "a frame of protocol version {version}")
-            }
-        }
-    }
-}
-
-impl core::error::Error for FrameError {}
 
 /// Encodes a message for the wire:
 ///
@@ -115,23 +96,20 @@ pub fn encode<M: Wire>(
     message: &M,
 ) -> Result<Vec<u8, LARGEST_FRAME>, EncodeError> {
     let mut content = [0; LARGEST_FRAME];
-    let (head, body) = content.split_at_mut(HEAD);
     let [low, high] = sequence.to_le_bytes();
-    head.copy_from_slice(&[VERSION | direction.bit(), low, high]);
-    let mut writer = Writer::new(body);
+    let mut writer = Writer::new(&mut content);
+    writer.bytes(&[VERSION | direction.bit(), low, high]);
     message.put(&mut writer);
-    let length = HEAD + writer.finish().ok_or(EncodeError)?;
-    let checksum = checksum(content.get(..length).unwrap_or_default()).to_le_bytes();
-    content
-        .get_mut(length..length + CHECKSUM)
-        .ok_or(EncodeError)?
-        .copy_from_slice(&checksum);
-    let content = content.get(..length + CHECKSUM).ok_or(EncodeError)?;
+    let length = writer.finish().ok_or(EncodeError)?;
+    let checksum = checksum(content.get(..length).unwrap_or_default());
+    let mut writer = Writer::new(content.get_mut(length..).unwrap_or_default());
+    checksum.put(&mut writer);
+    let length = length + writer.finish().ok_or(EncodeError)?;
+    let content = content.get(..length).unwrap_or_default();
 
     let mut frame = Vec::new();
-    frame
-        .resize_default(LARGEST_FRAME)
-        .map_err(|_| EncodeError)?;
+    let sized = frame.resize_default(LARGEST_FRAME);
+    sized.map_err(|_| EncodeError)?;
     let stuffed = frame.get_mut(1..LARGEST_FRAME - 1).unwrap_or_default();
     let length = try_encode(content, stuffed).map_err(|_| EncodeError)?;
     frame.truncate(length + 2);

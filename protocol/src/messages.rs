@@ -1,103 +1,111 @@
 //! The messages.
 
 use crate::geometry::Geometry;
-use crate::wire::{fields, numbers};
+use crate::wire::{fields, messages};
 use delta_cal::calibration::{ArmOutcome, Start, Termination};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{Forgetting, GateCounts, Selection};
 use delta_cal::{ArmIndex, Noise, Real, Refusal, Settings, Tolerance};
 
-/// Requests of the driver, with numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Request<T> {
-    /// Asks for the identity. Answer: [`Response::Identity`], which has no numbers of type `T`.
-    Identify,
-    /// Asks for a geometry. Answer: [`Response::Parameters`].
-    Parameters(ParameterSet),
-    /// Begins a calibration without samples; one in progress is discarded. If the session is already open with the same
-    /// fields, nothing changes. Answer: [`Response::Taken`].
-    Begin(Begin<T>),
-    /// Adds a sample. Answer: [`Response::Taken`].
-    Sample(SampleMessage<T>),
-    /// Starts solving if `samples` is the number received. Answer: [`Response::Status`].
-    Solve {
-        /// The session.
-        session: u32,
-        /// Number of samples sent by the driver.
-        samples: u32,
-    },
-    /// Asks for the status. Answer: [`Response::Status`].
-    Status,
-    /// Asks for the result of one arm. Answer: [`Response::Outcome`].
-    Outcome {
-        /// The session.
-        session: u32,
-        /// The arm.
-        arm: ArmIndex,
-    },
-    /// Stores the result and switches the control loop to it. Parameters already in use are not stored again. Answer:
-    /// [`Response::Parameters`].
-    Apply {
-        /// The session.
-        session: u32,
-        /// The [`fingerprint`](Geometry::fingerprint) of the result to apply.
-        fingerprint: u32,
-        /// The [generation](Parameters::generation) of the parameters to replace.
-        from: u32,
-    },
-    /// Reverts to other parameters and stores that. Parameters already in use are not stored again. Answer:
-    /// [`Response::Parameters`].
-    Revert {
-        /// The [generation](Parameters::generation) of the parameters to abandon.
-        from: u32,
-        /// The parameters to revert to.
-        to: RevertTo,
-    },
-    /// Asks for the link statistics. Answer: [`Response::Counters`].
-    Counters,
-    /// Stores a geometry calibrated elsewhere and switches the control loop to it. A geometry already in use is not
-    /// stored again. Answer: [`Response::Parameters`].
-    Adopt {
-        /// The [generation](Parameters::generation) of the parameters to replace.
-        from: u32,
-        /// The geometry.
-        geometry: Geometry<T>,
-    },
-    /// Lets the joints approach the path again after a stop; nothing changes if they did not stop at that turn. Answer:
-    /// [`Response::Status`], of the turn before.
-    Resume {
-        /// The turn of the [stop](ControlLoop::stopped).
-        stopped: u32,
-    },
+messages! {
+    /// Requests of the driver, with numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    #[non_exhaustive]
+    pub enum Request<T> {
+        /// Asks for the identity. Answer: [`Response::Identity`], which has no numbers of type `T`.
+        0: Identify,
+        /// Asks for a geometry. Answer: [`Response::Parameters`].
+        1: Parameters(set: ParameterSet),
+        /// Begins a calibration without samples; one in progress is discarded. If the session is already open with
+        /// the same fields, nothing changes. Answer: [`Response::Taken`].
+        2: Begin(begin: Begin<T>),
+        /// Adds a sample. Answer: [`Response::Taken`].
+        3: Sample(sample: SampleMessage<T>),
+        /// Starts solving if `samples` is the number received. Answer: [`Response::Status`].
+        4: Solve {
+            /// The session.
+            session: u32,
+            /// Number of samples sent by the driver.
+            samples: u32,
+        },
+        /// Asks for the status. Answer: [`Response::Status`].
+        5: Status,
+        /// Asks for the result of one arm. Answer: [`Response::Outcome`].
+        6: Outcome {
+            /// The session.
+            session: u32,
+            /// The arm.
+            arm: ArmIndex,
+        },
+        /// Stores the result and switches the control loop to it. Parameters already in use are not stored again.
+        /// Answer: [`Response::Parameters`].
+        7: Apply {
+            /// The session.
+            session: u32,
+            /// The [`fingerprint`](Geometry::fingerprint) of the result to apply.
+            fingerprint: u32,
+            /// The [generation](Parameters::generation) of the parameters to replace.
+            from: u32,
+        },
+        /// Reverts to other parameters and stores that. Parameters already in use are not stored again. Answer:
+        /// [`Response::Parameters`].
+        8: Revert {
+            /// The [generation](Parameters::generation) of the parameters to abandon.
+            from: u32,
+            /// The parameters to revert to.
+            to: RevertTo,
+        },
+        /// Asks for the link statistics. Answer: [`Response::Counters`].
+        9: Counters,
+        /// Stores a geometry calibrated elsewhere and switches the control loop to it. A geometry already in use is
+        /// not stored again. Answer: [`Response::Parameters`].
+        10: Adopt {
+            /// The [generation](Parameters::generation) of the parameters to replace.
+            from: u32,
+            /// The geometry.
+            geometry: Geometry<T>,
+        },
+        /// Lets the joints approach the path again after a stop; nothing changes if they did not stop at that turn.
+        /// Answer: [`Response::Status`], of the turn before.
+        11: Resume {
+            /// The turn of the [stop](ControlLoop::stopped).
+            stopped: u32,
+        },
+    }
 }
 
-/// One of the controller's geometries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ParameterSet {
-    /// The geometry used by the control loop.
-    Current,
-    /// The nominal robot: calibrations are relative to it.
-    Nominal,
+messages! {
+    /// One of the controller's geometries.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum ParameterSet {
+        /// The geometry used by the control loop.
+        0: Current,
+        /// The nominal robot: calibrations are relative to it.
+        1: Nominal,
+    }
 }
 
-/// Target of a [`Request::Revert`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RevertTo {
-    /// The parameters in use before the last [`Request::Apply`]; reverting twice has the same effect as once.
-    Previous,
-    /// The nominal robot.
-    Nominal,
+messages! {
+    /// Target of a [`Request::Revert`].
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum RevertTo {
+        /// The parameters in use before the last [`Request::Apply`]; reverting twice has the same effect as once.
+        0: Previous,
+        /// The nominal robot.
+        1: Nominal,
+    }
 }
 
-/// How the parameters are estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Estimator {
-    /// Each arm separately, [`Ikm`](delta_cal::calibration::Ikm).
-    Arms,
-    /// All 24 parameters together, [`Joint`](delta_cal::calibration::Joint).
-    Joint,
+messages! {
+    /// How the parameters are estimated.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Estimator {
+        /// Each arm separately, [`Ikm`](delta_cal::calibration::Ikm).
+        0: Arms,
+        /// All 24 parameters together, [`Joint`](delta_cal::calibration::Joint).
+        1: Joint,
+    }
 }
 
 /// Settings of a calibration.
@@ -134,81 +142,86 @@ pub struct SampleMessage<T> {
     pub position: [T; 3],
 }
 
-/// Responses of the controller.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-#[allow(clippy::large_enum_variant)] // no allocation
-pub enum Response<T> {
-    /// The request changed nothing; the reason.
-    Fault(Fault),
-    /// The controller's identity.
-    Identity(Identity),
-    /// A geometry.
-    Parameters(Parameters<T>),
-    /// The session's samples are complete up to `next`.
-    Taken {
-        /// The session.
-        session: u32,
-        /// Index of the next expected sample: the number received, rejected ones included.
-        next: u32,
-    },
-    /// The controller's status.
-    Status(Status<T>),
-    /// One arm's result.
-    Outcome(ArmReport<T>),
-    /// The link statistics.
-    Counters(Counters),
+messages! {
+    /// Responses of the controller.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    #[non_exhaustive]
+    #[allow(clippy::large_enum_variant)] // no allocation
+    pub enum Response<T> {
+        /// The request changed nothing; the reason.
+        0: Fault(fault: Fault),
+        /// The controller's identity.
+        1: Identity(identity: Identity),
+        /// A geometry.
+        2: Parameters(parameters: Parameters<T>),
+        /// The session's samples are complete up to `next`.
+        3: Taken {
+            /// The session.
+            session: u32,
+            /// Index of the next expected sample: the number received, rejected ones included.
+            next: u32,
+        },
+        /// The controller's status.
+        4: Status(status: Status<T>),
+        /// One arm's result.
+        5: Outcome(report: ArmReport<T>),
+        /// The link statistics.
+        6: Counters(counters: Counters),
+    }
 }
 
-/// Why a request changed nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Fault {
-    /// The frame was damaged; the sequence number of the answer is [`UNKNOWN_SEQUENCE`](crate::UNKNOWN_SEQUENCE).
-    Damaged,
-    /// The frame has an unsupported protocol version.
-    UnknownVersion {
-        /// The supported version.
-        spoken: u8,
-    },
-    /// The frame is intact but its content is not a request.
-    UnknownRequest,
-    /// No such session: it was never begun, another one was begun, or the controller restarted.
-    NoSession,
-    /// A sample or a `Solve` that skips samples.
-    OutOfOrder {
-        /// Index of the next expected sample.
-        next: u32,
-    },
-    /// The sample is impossible.
-    Sample(SampleError),
-    /// The tolerance, noise or `forgetting` is invalid, or the session is 0.
-    Settings,
-    /// The controller is solving; samples must wait until it has finished.
-    Busy,
-    /// There is no outcome: not solved yet, or refused; see [`Phase`].
-    NoOutcome,
-    /// The fingerprint does not match the outcome, or the generation does not match the current parameters.
-    OtherParameters {
-        /// The fingerprint present on the controller.
-        there: u32,
-    },
-    /// The parameters could not be stored and are therefore not used.
-    Store,
-    /// The numbers of an [`Request::Adopt`] do not describe a valid robot.
-    Geometry(GeometryError),
-    /// Not the controller's robot: an arm is not positive, or a work point is out of reach or moves by more than a
-    /// twentieth of the nominal forearm.
-    OtherRobot,
-    /// The robot cannot reach the point that the platform is at.
-    Unreachable,
-    /// The store holds parameters of another firmware version or robot. Only a [`Request::Revert`] to the nominal robot
-    /// replaces them.
-    OtherStore,
-    /// Too many changes in the last hour: each wears the flash.
-    TooOften,
-    /// A flash region does not fit: too small, or not two halves of whole pages.
-    Region,
+messages! {
+    /// Why a request changed nothing.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Fault {
+        /// The frame was damaged; the sequence number of the answer is
+        /// [`UNKNOWN_SEQUENCE`](crate::UNKNOWN_SEQUENCE).
+        0: Damaged,
+        /// The frame has an unsupported protocol version.
+        1: UnknownVersion {
+            /// The supported version.
+            spoken: u8,
+        },
+        /// The frame is intact but its content is not a request.
+        2: UnknownRequest,
+        /// No such session: it was never begun, another one was begun, or the controller restarted.
+        3: NoSession,
+        /// A sample or a `Solve` that skips samples.
+        4: OutOfOrder {
+            /// Index of the next expected sample.
+            next: u32,
+        },
+        /// The sample is impossible.
+        5: Sample(error: SampleError),
+        /// The tolerance, noise or `forgetting` is invalid, or the session is 0.
+        6: Settings,
+        /// The controller is solving; samples must wait until it has finished.
+        7: Busy,
+        /// There is no outcome: not solved yet, or refused; see [`Phase`].
+        8: NoOutcome,
+        /// The fingerprint does not match the outcome, or the generation does not match the current parameters.
+        9: OtherParameters {
+            /// The fingerprint present on the controller.
+            there: u32,
+        },
+        /// The parameters could not be stored and are therefore not used.
+        10: Store,
+        /// The numbers of an [`Request::Adopt`] do not describe a valid robot.
+        11: Geometry(error: GeometryError),
+        /// Not the controller's robot: an arm is not positive, or a work point is out of reach or moves by more
+        /// than a twentieth of the nominal forearm.
+        12: OtherRobot,
+        /// The robot cannot reach the point that the platform is at.
+        13: Unreachable,
+        /// The store holds parameters of another firmware version or robot. Only a [`Request::Revert`] to the
+        /// nominal robot replaces them.
+        14: OtherStore,
+        /// Too many changes in the last hour: each wears the flash.
+        15: TooOften,
+        /// A flash region does not fit: too small, or not two halves of whole pages.
+        16: Region,
+    }
 }
 
 /// Identity of a controller.
@@ -224,13 +237,15 @@ pub struct Identity {
     pub nominal: u32,
 }
 
-/// The number type of a controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scalar {
-    /// `f32`.
-    Single,
-    /// `f64`.
-    Double,
+messages! {
+    /// The number type of a controller.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Scalar {
+        /// `f32`.
+        0: Single,
+        /// `f64`.
+        1: Double,
+    }
 }
 
 /// A geometry and its origin.
@@ -238,28 +253,30 @@ pub enum Scalar {
 pub struct Parameters<T> {
     /// Its origin.
     pub origin: Origin,
-    /// Number of changes of the current geometry, across restarts, modulo 2³²: parameters that come into use again get
-    /// a new generation. In an answer about the nominal geometry it is that of the current one.
+    /// Number of changes of the current geometry, across restarts, modulo 2³²: parameters that come into use again
+    /// get a new generation. In an answer about the nominal geometry it is that of the current one.
     pub generation: u32,
     /// The geometry.
     pub geometry: Geometry<T>,
 }
 
-/// Origin of the current geometry.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Origin {
-    /// The nominal robot: nothing else was ever stored, or it was reverted to.
-    Nominal,
-    /// The nominal robot, because the stored data is damaged.
-    NominalStoreDamaged,
-    /// A calibration.
-    Calibration,
-    /// A calibration, but part of the store is damaged or was interrupted while being written: it may be the one before
-    /// the last.
-    CalibrationStoreDamaged,
-    /// The nominal robot, because the stored parameters are those of another firmware version or robot.
-    NominalStoreOther,
+messages! {
+    /// Origin of the current geometry.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Origin {
+        /// The nominal robot: nothing else was ever stored, or it was reverted to.
+        0: Nominal,
+        /// The nominal robot, because the stored data is damaged.
+        1: NominalStoreDamaged,
+        /// A calibration.
+        2: Calibration,
+        /// A calibration, but part of the store is damaged or was interrupted while being written: it may be the
+        /// one before the last.
+        3: CalibrationStoreDamaged,
+        /// The nominal robot, because the stored parameters are those of another firmware version or robot.
+        4: NominalStoreOther,
+    }
 }
 
 /// Status of the controller.
@@ -300,51 +317,56 @@ impl GateStatus {
     }
 }
 
-/// Progress of a calibration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Phase {
-    /// No session.
-    Idle,
-    /// Samples are being collected.
-    Collecting {
-        /// Number received, rejected ones included.
-        samples: u32,
-    },
-    /// The solver is running.
-    Solving,
-    /// An outcome exists.
-    Solved {
-        /// Number of samples received, rejected ones included.
-        samples: u32,
-        /// Its fingerprint.
-        fingerprint: u32,
-    },
-    /// No outcome: the samples cannot calibrate this robot. More samples may be sent.
-    CalibrationRefused {
-        /// Number of samples received, rejected ones included.
-        samples: u32,
-        /// The reason.
-        refusal: Refusal,
-    },
+messages! {
+    /// Progress of a calibration.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    #[non_exhaustive]
+    pub enum Phase {
+        /// No session.
+        0: Idle,
+        /// Samples are being collected.
+        1: Collecting {
+            /// Number received, rejected ones included.
+            samples: u32,
+        },
+        /// The solver is running.
+        2: Solving,
+        /// An outcome exists.
+        3: Solved {
+            /// Number of samples received, rejected ones included.
+            samples: u32,
+            /// Its fingerprint.
+            fingerprint: u32,
+        },
+        /// No outcome: the samples cannot calibrate this robot. More samples may be sent.
+        4: CalibrationRefused {
+            /// Number of samples received, rejected ones included.
+            samples: u32,
+            /// The reason.
+            refusal: Refusal,
+        },
+    }
 }
 
-/// What the joints do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Motion {
-    /// They approach the last point.
-    Approaching,
-    /// They follow the path.
-    Following,
-    /// They stopped, because a point was out of reach.
-    Unreachable,
-    /// They stopped, because the path asked for more speed or acceleration than the drives have.
-    TooFast,
+messages! {
+    /// What the joints do.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    #[non_exhaustive]
+    pub enum Motion {
+        /// They approach the last point.
+        #[default]
+        0: Approaching,
+        /// They follow the path.
+        1: Following,
+        /// They stopped, because a point was out of reach.
+        2: Unreachable,
+        /// They stopped, because the path asked for more speed or acceleration than the drives have.
+        3: TooFast,
+    }
 }
 
 /// Statistics of the control loop since the controller started.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ControlLoop<T> {
     /// Number of cycles.
     pub turns: u32,
@@ -376,21 +398,11 @@ pub struct ControlLoop<T> {
 
 impl<T: Real> ControlLoop<T> {
     /// Before the first cycle, with these parameters.
-    pub const fn new(fingerprint: u32) -> Self {
+    pub fn new(fingerprint: u32) -> Self {
         Self {
-            turns: 0,
-            longest_ticks: 0,
-            longest_ticks_calibrating: 0,
             ticks_a_second: 1,
-            late: 0,
-            stops: 0,
-            switches: 0,
             fingerprint,
-            turns_a_second: 0,
-            stopped: 0,
-            motion: Motion::Approaching,
-            point: [T::ZERO; 3],
-            joints: [T::ZERO; 3],
+            ..Self::default()
         }
     }
 }
@@ -448,8 +460,8 @@ pub struct Counters {
 }
 
 impl<T: Real> Begin<T> {
-    /// The settings and selection of the session's [`StreamCalibrator`](delta_cal::stream::StreamCalibrator), which is
-    /// large and best constructed in place.
+    /// The settings and selection of the session's [`StreamCalibrator`](delta_cal::stream::StreamCalibrator), which
+    /// is large and best constructed in place.
     ///
     /// # Errors
     /// [`Fault::Settings`] if they are invalid.
@@ -502,96 +514,6 @@ impl<T: Real> ArmReport<T> {
             condition: outcome.condition,
             prior_share,
         }
-    }
-}
-
-numbers! {
-    Request<T> {
-        0: Identify,
-        1: Parameters(set),
-        2: Begin(begin),
-        3: Sample(sample),
-        4: Solve { session, samples },
-        5: Status,
-        6: Outcome { session, arm },
-        7: Apply { session, fingerprint, from },
-        8: Revert { from, to },
-        9: Counters,
-        10: Adopt { from, geometry },
-        11: Resume { stopped },
-    }
-
-    Response<T> {
-        0: Fault(fault),
-        1: Identity(identity),
-        2: Parameters(parameters),
-        3: Taken { session, next },
-        4: Status(status),
-        5: Outcome(report),
-        6: Counters(counters),
-    }
-
-    Fault {
-        0: Damaged,
-        1: UnknownVersion { spoken },
-        2: UnknownRequest,
-        3: NoSession,
-        4: OutOfOrder { next },
-        5: Sample(error),
-        6: Settings,
-        7: Busy,
-        8: NoOutcome,
-        9: OtherParameters { there },
-        10: Store,
-        11: Geometry(error),
-        12: OtherRobot,
-        13: Unreachable,
-        14: OtherStore,
-        15: TooOften,
-        16: Region,
-    }
-
-    ParameterSet {
-        0: Current,
-        1: Nominal,
-    }
-
-    RevertTo {
-        0: Previous,
-        1: Nominal,
-    }
-
-    Scalar {
-        0: Single,
-        1: Double,
-    }
-
-    Origin {
-        0: Nominal,
-        1: NominalStoreDamaged,
-        2: Calibration,
-        3: CalibrationStoreDamaged,
-        4: NominalStoreOther,
-    }
-
-    Motion {
-        0: Approaching,
-        1: Following,
-        2: Unreachable,
-        3: TooFast,
-    }
-
-    Phase {
-        0: Idle,
-        1: Collecting { samples },
-        2: Solving,
-        3: Solved { samples, fingerprint },
-        4: CalibrationRefused { samples, refusal },
-    }
-
-    Estimator {
-        0: Arms,
-        1: Joint,
     }
 }
 

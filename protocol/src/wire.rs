@@ -187,6 +187,27 @@ macro_rules! numbers {
 }
 pub(crate) use numbers;
 
+/// Declares an enum with the number of each variant, and how it is sent. Tuple variants name what they hold.
+macro_rules! messages {
+    ($($(#[$meta:meta])* pub enum $name:ident $(<$scalar:ident>)? {$(
+        $(#[$about:meta])*
+        $number:literal: $variant:ident $(($content:ident: $inner:ty))?
+            $({ $($(#[$of_field:meta])* $field:ident: $of:ty,)+ })?,
+    )+})+) => {
+        $($(#[$meta])*
+        pub enum $name $(<$scalar>)? {$(
+            $(#[$about])*
+            $variant $(($inner))? $({ $($(#[$of_field])* $field: $of,)+ })?,
+        )+})+
+        $crate::wire::numbers! {
+            $($name $(<$scalar>)? {
+                $($number: $variant $(($content))? $({ $($field),+ })?,)+
+            })+
+        }
+    };
+}
+pub(crate) use messages;
+
 /// The number of variants that this version does not number.
 pub(crate) const NO_NUMBER: u8 = 127;
 

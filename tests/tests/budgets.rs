@@ -38,7 +38,7 @@ const BUILDS: [Build; 4] = [
     ("linear-", "firmware", &["--features", "linear"], &FLASH),
 ];
 
-/// What takes at most 15 % longer in a program built for `s` with the core at 3.
+/// What takes at most 12 % longer in a program built for `s` with the core at 3.
 const NO_SLOWER: [&str; 5] = [
     "f32/solve-20-mean",
     "f32/joint-solve-20-mean",
@@ -102,7 +102,7 @@ fn every_budget_is_kept() {
     assert!(unmeasured.is_empty(), "not measured: {unmeasured:?}");
     for item in NO_SLOWER {
         let [small, fast] = ["small-", ""].map(|build| figures[&format!("{build}{item}")]);
-        if 20 * small > 23 * fast {
+        if 25 * small > 28 * fast {
             over.push(format!(
                 "{item}: {small} in a program built for size, {fast} otherwise"
             ));

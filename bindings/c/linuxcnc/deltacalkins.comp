@@ -15,9 +15,10 @@ Joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, positive with the elbow dow
 la-x and la-y state it.
 X, Y and Z are those of the platform point in the robot's frame. Further joints are A, B, C, U, V and W.
 
-The component takes over the parameters of all arms together, when the number on the pin revision changes. If they
-are not those of a robot, or if one is not set, the component keeps the robot before, and says why. Without any
-robot, and for a position or joint angles that the robot cannot have, the kinematics fails, and LinuxCNC refuses the
+The component takes over the parameters of all arms together, when the number on the pin revision changes, and once hold
+is FALSE: the joint angles jump, so that the machine must be off. If they are not those of a robot, or if one is not set,
+the component keeps the robot before, and says why. Without any robot, and for a position or joint angles that the robot
+cannot have, the kinematics fails, and LinuxCNC refuses the
 move.
 """;
 
@@ -47,6 +48,7 @@ pin in float arm3.la_y "upper arm at joint angle 0, upwards, mm";
 pin in float arm3.lb "forearm, mm";
 pin in float units_per_mm = 1 "machine units in a millimetre: 1, or 0.03937007874015748 with LINEAR_UNITS = inch";
 pin in u32 revision "a new number takes all parameters over; set it last";
+pin in bit hold "a new revision waits while TRUE: net it to motion.motion-enabled";
 pin out u32 revision_in_use "the revision that moves the robot; 0 while there is none";
 pin out bit valid "TRUE if the last revision is in use";
 pin out s32 status "why the last revision was refused: the status numbers of delta_cal.h, 0 if it was not";
@@ -126,7 +128,7 @@ static void take_over(void)
     double units;
     dcal_status status;
     const rtapi_u32 revision = *pins->revision;
-    if (revision == seen) {
+    if (revision == seen || *pins->hold) {
         return;
     }
     seen = revision;

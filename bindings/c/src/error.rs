@@ -57,7 +57,7 @@ pub(crate) const fn number_of(arm: ArmIndex) -> i32 {
 }
 
 impl Error {
-    fn of_arm(self, arm: ArmIndex) -> Self {
+    fn arm(self, arm: ArmIndex) -> Self {
         Self {
             arm: number_of(arm),
             ..self
@@ -65,7 +65,7 @@ impl Error {
     }
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // 0 to 7
-    fn of_parameter(self, parameter: Parameter) -> Self {
+    fn parameter(self, parameter: Parameter) -> Self {
         Self {
             parameter: parameter.index() as i32,
             ..self
@@ -77,7 +77,7 @@ impl Error {
             Instrument::Frame => (FRAME, 0, self),
             Instrument::Plane(index) => (PLANE, index, self),
             Instrument::Point(index) => (POINT, index, self),
-            Instrument::Transmission(arm) => (TRANSMISSION, 0, self.of_arm(arm)),
+            Instrument::Transmission(arm) => (TRANSMISSION, 0, self.arm(arm)),
         };
         Self {
             instrument,
@@ -100,59 +100,9 @@ pub(crate) fn status_of(call: impl FnOnce() -> Result<(), Error>) -> Status {
     call().map_or_else(|why| why.status, |()| status::OK)
 }
 
-impl From<GeometryError> for Error {
-    fn from(error: GeometryError) -> Self {
-        match error {
-            GeometryError::NonFinite(parameter) => {
-                Self::from(status::GEOMETRY_NOT_FINITE).of_parameter(parameter)
-            }
-            GeometryError::NotPositive(parameter) => {
-                Self::from(status::GEOMETRY_NOT_POSITIVE).of_parameter(parameter)
-            }
-            GeometryError::TiltTooLarge => {
-                Self::from(status::GEOMETRY_TILT).of_parameter(Parameter::Alpha)
-            }
-            GeometryError::AzimuthTooLarge => {
-                Self::from(status::GEOMETRY_AZIMUTH).of_parameter(Parameter::Theta)
-            }
-            GeometryError::RadiusInvalid => status::GEOMETRY_RADIUS.into(),
-            GeometryError::NoCommonUp => status::GEOMETRY_NO_COMMON_UP.into(),
-            GeometryError::TransmissionTooLarge => status::GEOMETRY_TRANSMISSION.into(),
-            _ => status::OTHER.into(),
-        }
-    }
-}
-
-impl From<KinematicsError> for Error {
-    fn from(error: KinematicsError) -> Self {
-        Self::from(match error {
-            KinematicsError::Unreachable(_) => status::UNREACHABLE,
-            KinematicsError::Serial(_) => status::SINGULAR_SERIAL,
-            KinematicsError::Parallel(_) => status::SINGULAR_PARALLEL,
-            KinematicsError::NonFinite(_) => status::POSE_NOT_FINITE,
-            _ => status::OTHER,
-        })
-        .of_arm(error.arm())
-    }
-}
-
-impl From<SampleError> for Error {
-    fn from(error: SampleError) -> Self {
-        match error {
-            SampleError::PositionNonFinite => status::SAMPLE_POSITION_NOT_FINITE.into(),
-            SampleError::PositionTooFar(arm) => {
-                Self::from(status::SAMPLE_POSITION_TOO_FAR).of_arm(arm)
-            }
-            SampleError::JointNonFinite(arm) => {
-                Self::from(status::SAMPLE_JOINT_NOT_FINITE).of_arm(arm)
-            }
-            SampleError::JointTooLarge(arm) => {
-                Self::from(status::SAMPLE_JOINT_TOO_LARGE).of_arm(arm)
-            }
-            SampleError::Busy(busy) => busy.into(),
-            _ => status::OTHER.into(),
-        }
-    }
+/// The status of a call whose errors are no more than that.
+pub(crate) fn status_alone(result: Result<(), Status>) -> Status {
+    result.err().unwrap_or(status::OK)
 }
 
 impl From<Busy> for Error {
@@ -161,21 +111,47 @@ impl From<Busy> for Error {
     }
 }
 
-/// Errors that say no more than their status.
+/// Errors that say no more than their status, and perhaps the arm or the parameter.
 macro_rules! statuses {
-    ($($error:ident { $($variant:ident $({ $($fields:tt)* })? => $status:ident,)+ })+) => {$(
+    ($($error:ident {$(
+        $variant:ident $(($inner:ident))? $({ $($any:tt)+ })? => $status:ident $(.$detail:ident($of:expr))?,
+    )+})+) => {$(
         impl From<$error> for Error {
             fn from(error: $error) -> Self {
-                Self::from(match error {
-                    $($error::$variant $({ $($fields)* })? => status::$status,)+
-                    _ => status::OTHER,
-                })
+                match error {
+                    $($error::$variant $(($inner))? $({ $($any)+ })? => {
+                        Self::from(status::$status) $(.$detail($of))?
+                    })+
+                    _ => status::OTHER.into(),
+                }
             }
         }
     )+};
 }
 
 statuses! {
+    GeometryError {
+        NonFinite(parameter) => GEOMETRY_NOT_FINITE.parameter(parameter),
+        NotPositive(parameter) => GEOMETRY_NOT_POSITIVE.parameter(parameter),
+        TiltTooLarge => GEOMETRY_TILT.parameter(Parameter::Alpha),
+        AzimuthTooLarge => GEOMETRY_AZIMUTH.parameter(Parameter::Theta),
+        RadiusInvalid => GEOMETRY_RADIUS,
+        NoCommonUp => GEOMETRY_NO_COMMON_UP,
+        TransmissionTooLarge => GEOMETRY_TRANSMISSION,
+    }
+    KinematicsError {
+        Unreachable(arm) => UNREACHABLE.arm(arm),
+        Serial(arm) => SINGULAR_SERIAL.arm(arm),
+        Parallel(arm) => SINGULAR_PARALLEL.arm(arm),
+        NonFinite(arm) => POSE_NOT_FINITE.arm(arm),
+    }
+    SampleError {
+        PositionNonFinite => SAMPLE_POSITION_NOT_FINITE,
+        PositionTooFar(arm) => SAMPLE_POSITION_TOO_FAR.arm(arm),
+        JointNonFinite(arm) => SAMPLE_JOINT_NOT_FINITE.arm(arm),
+        JointTooLarge(arm) => SAMPLE_JOINT_TOO_LARGE.arm(arm),
+        Busy { .. } => BUSY,
+    }
     MergeError {
         DifferentNominal => DIFFERENT_NOMINAL,
         Busy { .. } => BUSY,
@@ -244,7 +220,7 @@ impl From<Refusal> for Error {
                 tolerances: figure,
                 ..
             } => {
-                error = error.of_parameter(parameter);
+                error = error.parameter(parameter);
                 error.figure = figure;
             }
             Refusal::NotConverged { iterations, .. } => error.count = iterations.into(),
@@ -273,7 +249,7 @@ impl From<Refusal> for Error {
             _ => {}
         }
         match refusal.arm() {
-            Some(arm) => error.of_arm(arm),
+            Some(arm) => error.arm(arm),
             None => error,
         }
     }

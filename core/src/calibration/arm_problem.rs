@@ -156,7 +156,7 @@ impl<T: Real> Judged<T, 8> for ArmFactor<T> {
 }
 
 /// An entry of RᵀR; `left` must not exceed `right`.
-#[inline(never)]
+#[inline(never)] // 1.7 kB of joint flash
 pub(super) fn product_of_columns<T: Unknowns<N>, const N: usize>(
     triangle: &Triangle<T, N>,
     left: usize,

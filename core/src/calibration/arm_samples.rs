@@ -22,7 +22,6 @@ state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>);
 
 /// The origin for positions, within the workspace: the platform at equal joint angles, or with the carriages a
 /// forearm's length up.
-#[inline(never)]
 pub(crate) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
     let [first, ..] = robot.arms();
     if robot.drive() == Drive::Linear
@@ -150,7 +149,6 @@ impl<T: Real> ArmSamples<T> {
         }
     }
 
-    #[inline(never)]
     pub(crate) fn take_in_block(&mut self, arm: ArmIndex) {
         if let Some(factor) = self.arms.get_mut(arm.index()) {
             T::absorb_block(factor, &self.waiting, arm);

@@ -50,7 +50,6 @@ impl<T: Unknowns<N>, const N: usize> Identifiability<T, N> {
 
     /// Inverts a few columns, or compares once all are inverted; returns whether there is more to do. W = T⁻¹ by
     /// columns, and W Wᵀ as the sum of their products, whose upper half mirrors the lower: symmetric to the bit.
-    #[inline(never)]
     pub(crate) fn invert(
         &mut self,
         normal: &Triangle<T, N>,
@@ -142,7 +141,6 @@ impl<T: Unknowns<N>, const N: usize> Identifiability<T, N> {
 
     /// The combination of parameters, of unit length in internal units, that the samples determine least: three steps
     /// of inverse iteration on JᵀJ.
-    #[inline(never)]
     pub(crate) fn weakest_direction(&self, covariance: &SMatrix<T, N, N>) -> [T; N] {
         let mut direction = [T::ZERO; N];
         if let Some(entry) = direction.get_mut(self.weakest) {
@@ -172,7 +170,6 @@ impl<T: Unknowns<N>, const N: usize> Identifiability<T, N> {
 /// The parameter with the largest share, times its column's norm, in the combination that leaves the residuals
 /// unchanged: T y = 0 with y = 1 at T's first vanishing pivot.
 #[cold]
-#[inline(never)]
 fn weakest_of_singular<T: Unknowns<N>, const N: usize>(
     normal: &Triangle<T, N>,
     norms: &[T; N],

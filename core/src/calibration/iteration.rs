@@ -78,7 +78,6 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
 
     /// Restarts from a correction, where the first [`step`](Self::step) linearises. In place: copies of this state
     /// would fill a small stack.
-    #[inline(never)]
     pub(crate) fn restart(
         &mut self,
         problem: &impl Problem<T, N, At = A, Rows = R>,
@@ -97,7 +96,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         matches!(self.work, Work::Linearizing { .. })
     }
 
-    #[inline(never)]
+    #[inline(never)] // with the others here 0.6 kB of joint stack
     fn linearize(&mut self, prior: &Weighted<T, N>, at: &A, then: StepResult) {
         // The prior's rows are already a triangle; the samples' rows are absorbed into it.
         let Point {
@@ -116,7 +115,6 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
 
     /// A bounded amount of work: a piece of a linearisation, of a damped step, or of a trial. `None` if the step is not
     /// finished.
-    #[inline(never)]
     pub(crate) fn step<P: Problem<T, N, At = A, Rows = R>>(
         &mut self,
         problem: &P,
@@ -183,7 +181,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     }
 
     /// Judges the step to be tried, and tries it unless it must be damped first.
-    #[inline(never)]
+    #[inline(never)] // see `linearize`
     fn propose(
         &mut self,
         problem: &impl Problem<T, N, At = A, Rows = R>,
@@ -214,7 +212,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     }
 
     /// Takes a step and starts a linearisation, if the step is good.
-    #[inline(never)]
+    #[inline(never)] // see `linearize`
     fn attempt(
         &mut self,
         problem: &impl Problem<T, N, At = A, Rows = R>,
@@ -249,7 +247,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     }
 
     /// Prepares a chord step, or the next linearisation if chord steps would gain little.
-    #[inline(never)]
+    #[inline(never)] // see `linearize`
     fn refine(
         &mut self,
         problem: &impl Problem<T, N, At = A, Rows = R>,
@@ -289,7 +287,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     }
 
     /// Accepts or rejects a trial. Its copy is on no other step's stack: 0.5 kB jointly.
-    #[inline(never)]
+    #[inline(never)] // see `linearize`
     fn decide<P: Problem<T, N, At = A, Rows = R>>(
         &mut self,
         problem: &P,

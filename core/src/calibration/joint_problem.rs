@@ -107,7 +107,7 @@ impl<T: Real> Problem<T, 24> for JointFactor<T> {
 impl<T: Real> Judged<T, 24> for JointFactor<T> {
     const FREE_STARTS: u8 = 1;
 
-    #[inline(never)]
+    #[inline(never)] // see `Iteration::linearize`
     fn free_start(&self, _: u8) -> Option<[T; 24]> {
         // A pivot of the size of its column's rounding carries no information.
         let rounding = T::from_f64(16.0) * T::EPSILON;

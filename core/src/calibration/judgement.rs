@@ -33,7 +33,7 @@ pub(super) struct Judgement<'a, T: Unknowns<N>, const N: usize> {
 
 impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
     /// Judges an estimate whose covariance is known in internal units, and converts it to the caller's units.
-    #[inline(never)]
+    #[inline(never)] // with the others here 0.9 kB of joint flash
     pub(super) fn complete(
         &self,
         problem: &impl Judged<T, N>,
@@ -200,7 +200,7 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
     }
 
     /// Checks that no σ is too large; `sigma` is that of a residual of 1.
-    #[inline(never)]
+    #[inline(never)] // see `complete`
     fn check_sigmas(
         &self,
         covariance: &SMatrix<T, N, N>,
@@ -236,7 +236,7 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
     }
 
     /// The parameter furthest from nominal, in tolerances; 0 without a tolerance.
-    #[inline(never)]
+    #[inline(never)] // see `complete`
     fn farthest(&self) -> (usize, T) {
         let mut farthest = (0, T::ZERO);
         let distances = self.prior.distances(&self.point.correction);
@@ -260,7 +260,7 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
 }
 
 /// Converts a covariance to the caller's units and multiplies it by σ².
-#[inline(never)]
+#[inline(never)] // see `complete`
 fn in_units<T: Unknowns<N>, const N: usize>(
     covariance: &mut SMatrix<T, N, N>,
     problem: &impl Judged<T, N>,
@@ -273,7 +273,7 @@ fn in_units<T: Unknowns<N>, const N: usize>(
     }
 }
 
-#[inline(never)]
+#[inline(never)] // see `complete`
 fn scale_column<T: Real>(column: &mut [T], column_unit: T, row_units: &[T]) {
     for (entry, row_unit) in column.iter_mut().zip(row_units) {
         // Multiplies the units first, so that both halves are rounded alike.

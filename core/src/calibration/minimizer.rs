@@ -103,7 +103,6 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     }
 
     /// Starts if there are [`enough_samples`]. In place: on a small stack, a copy of a solver is a large object.
-    #[inline(never)]
     pub(crate) fn begin(&mut self, problem: &impl Judged<T, N, At = A, Rows = R>) {
         if let Some(tolerance) = &self.settings.tolerance
             && let Some(unit) = problem.extent().unit
@@ -191,7 +190,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     }
 
     /// An iteration has ended: keeps the better end, and decides what comes next.
-    #[inline(never)]
+    #[inline(never)] // with the others here 0.7 kB of joint flash, 0.6 kB of joint stack
     fn settle(
         &mut self,
         problem: &impl Judged<T, N, At = A, Rows = R>,
@@ -226,7 +225,6 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     }
 
     /// Keeps the end of the iteration if it is better than the best so far.
-    #[inline(never)]
     fn keep_better(
         &mut self,
         problem: &impl Judged<T, N, At = A, Rows = R>,
@@ -260,7 +258,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     }
 
     /// A piece of the covariance at the best end point; decides what comes next once it is complete.
-    #[inline(never)]
+    #[inline(never)] // see `settle`
     fn identify(
         &mut self,
         problem: &impl Judged<T, N, At = A, Rows = R>,
@@ -302,7 +300,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     }
 
     /// Tries a start; without one, identifies what the samples leave undetermined, or the best end point is the last.
-    #[inline(never)]
+    #[inline(never)] // see `settle`
     fn start_elsewhere(
         &mut self,
         problem: &impl Judged<T, N, At = A, Rows = R>,
@@ -324,7 +322,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
 
     /// If a tolerance but no noise is stated: solves again with the noise estimated from the residuals. Otherwise the
     /// best end point is judged.
-    #[inline(never)]
+    #[inline(never)] // see `settle`
     fn balance_tolerance(
         &mut self,
         problem: &impl Judged<T, N, At = A, Rows = R>,
@@ -351,7 +349,6 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     }
 
     /// Judges the best end point, and completes the estimate if it is good.
-    #[inline(never)]
     fn judge(
         &self,
         problem: &impl Judged<T, N, At = A, Rows = R>,
@@ -379,8 +376,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     }
 }
 
-/// Where the covariance is stored. Not inlined: its stack would add to that of every step.
-#[inline(never)]
+/// Where the covariance is stored.
 fn covariance_of<T: Real, const N: usize>(place: &mut Estimate<T, N>) -> &mut SMatrix<T, N, N> {
     place.covariance.get_or_insert_with(SMatrix::zeros)
 }

@@ -38,7 +38,6 @@ impl<T: Unknowns<N>, const N: usize> Point<T, N> {
     }
 
     /// |T δ|²: the increase of the cost for a displacement from a minimum.
-    #[inline(never)]
     pub(super) fn length_squared(&self, displacement: &[T; N]) -> T {
         let mut sum = T::ZERO;
         for (index, row) in self.normal.rows().take(N).enumerate() {
@@ -141,7 +140,6 @@ pub(super) struct EndPoint<T: Unknowns<N>, const N: usize> {
 impl<T: Unknowns<N>, const N: usize> EndPoint<T, N> {
     /// Whether another end point is preferable: a clearly smaller cost, or, if the samples cannot distinguish the two,
     /// the solution nearer to nominal. Eight samples have several exact solutions.
-    #[inline(never)]
     pub(super) fn is_improved_by(
         &self,
         end: &Point<T, N>,

@@ -105,7 +105,6 @@ pub(crate) fn sum_of_squares<T: Unknowns<N>, A, const N: usize>(
 }
 
 /// Absorbs a piece of a diagonal matrix, K rows of N; returns whether there are more.
-#[inline(never)]
 fn damp_rows<T: Unknowns<N>, const N: usize, const K: usize>(
     damped: &mut Triangle<T, N>,
     diagonal: impl Fn(usize) -> T,

@@ -84,7 +84,6 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
 }
 
 impl<T: Real> RobotSolver<T> {
-    #[inline(never)]
     fn start(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) {
         let nominal = problem.nominal();
         let tolerance = settings.tolerance.as_ref();
@@ -95,7 +94,6 @@ impl<T: Real> RobotSolver<T> {
     }
 
     /// The outcome of the current arm.
-    #[inline(never)]
     fn finish(&mut self, problem: &ArmFactor<T>) -> Result<(), Refusal> {
         let arm = self.arm;
         // Not by `?`, which would copy the arm.
@@ -111,7 +109,6 @@ impl<T: Real> RobotSolver<T> {
     }
 
     /// Assembles the robot from all three arms.
-    #[inline(never)]
     fn complete(&mut self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
         let outcome = self.outcome.as_mut().ok_or(Refusal::Unfinished)?;
         let [one, two, three] = &outcome.arms;

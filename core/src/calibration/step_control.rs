@@ -40,7 +40,6 @@ pub(crate) const LONGEST_STEP: f64 = 0.25;
 
 /// How much of a cost |r|² may be rounding. `terms_squared`: the sum of the squared terms of which the residuals are
 /// differences, in the cost's unit.
-#[inline(never)]
 pub(crate) fn blur<T: Real>(cost: T, terms_squared: T) -> T {
     let blur = T::from_f64(64.0) * T::EPSILON * (cost + terms_squared).square_root();
     blur * cost.square_root() + blur.squared()

@@ -326,7 +326,6 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
     }
 
     /// |r|².
-    #[inline(never)]
     pub fn cost(&self, correction: &[T; N]) -> T {
         let mut own = T::ZERO;
         for (weight, delta) in self.own_weights().iter().zip(correction) {
@@ -366,7 +365,6 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
     }
 
     /// The correction after a step; an upper arm of known direction follows its circle.
-    #[inline(never)]
     pub(crate) fn advanced(&self, correction: &[T; N], step: &[T; N]) -> [T; N] {
         let mut advanced = *correction;
         for (value, delta) in advanced.iter_mut().zip(step) {
@@ -386,7 +384,6 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
     }
 
     /// Each parameter's distance from nominal, in tolerances.
-    #[inline(never)]
     pub(crate) fn distances(&self, correction: &[T; N]) -> [T; N] {
         let mut distances = self.weights;
         for (weight, delta) in distances.iter_mut().zip(correction) {

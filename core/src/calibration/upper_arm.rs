@@ -34,7 +34,6 @@ impl<T: Real> UpperArm<T> {
     }
 
     /// Computed without cancellation.
-    #[inline(never)]
     fn moved(&self, by: [T; 2]) -> Moved<T> {
         let ([x, y], [dx, dy]) = (self.nominal, by);
         let arm = [x + dx, y + dy];
@@ -51,7 +50,6 @@ impl<T: Real> UpperArm<T> {
     }
 
     /// r, direction first.
-    #[inline(never)]
     pub(super) fn residuals(&self, by: [T; 2]) -> [T; 2] {
         let Moved { turned, longer, .. } = self.moved(by);
         let [direction, length] = self.weights;
@@ -59,7 +57,6 @@ impl<T: Real> UpperArm<T> {
     }
 
     /// ∂r/∂(`La_x`, `La_y`), direction first.
-    #[inline(never)]
     pub(super) fn jacobian(&self, by: [T; 2]) -> [[T; 2]; 2] {
         let Moved {
             arm: [x, y],
@@ -73,7 +70,6 @@ impl<T: Real> UpperArm<T> {
 
     /// The result of a step given to first order: its part across the arm follows the circle, the other part leads
     /// outwards.
-    #[inline(never)]
     pub(super) fn advanced(&self, by: [T; 2], step: [T; 2]) -> [T; 2] {
         let Moved {
             arm: [x, y],

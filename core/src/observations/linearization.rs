@@ -1,7 +1,7 @@
 //! Weights of the rows, their residuals and derivatives.
 
 use super::equation::{At, Equation};
-use super::observation::{LOWER, ObservationError, ObservationRow, READINGS, lower_rows};
+use super::observation::{LOWER, ObservationError, ObservationRow, READINGS};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, OF_ARM, OF_ROBOT, Robot, TRANSMISSION_NUMBERS};
 use crate::samples::{Unknowns, squares};
@@ -56,9 +56,13 @@ impl<T: Real> ObservationRow<T> {
         Ok(())
     }
 
-    /// Computes the weights of the readings.
-    #[inline(never)]
-    pub(super) fn take_weights(&mut self, at: &At<'_, T>) {
+    /// Computes the weights of the readings; `shape`: the covariance of two coordinates in products of their σ, if it is not
+    /// that of independent ones.
+    pub(super) fn take_weights(
+        &mut self,
+        at: &At<'_, T>,
+        shape: impl Fn(usize, usize) -> Option<T>,
+    ) {
         let robot = at.robot;
         let Some((own, other)) = self.poses(robot) else {
             return;
@@ -72,7 +76,7 @@ impl<T: Real> ObservationRow<T> {
             }
             parts
         };
-        let mut shares = [[T::ZERO; 6]; READINGS];
+        let mut shares = [None; READINGS];
         for (share, equation) in shares.iter_mut().zip(&equations) {
             let Some(equation) = equation else { continue };
             let [a, b, c] = by_joints(&own, &self.observation.joints, &equation.by_position);
@@ -85,39 +89,12 @@ impl<T: Real> ObservationRow<T> {
                 opposite = by_joints(other, joints, &-equation.by_position);
             }
             let [d, e, f] = opposite;
-            *share = [a, b, c, d, e, f];
+            *share = Some(([a, b, c, d, e, f], equation.sigma));
         }
         let [first, ..] = robot.arms();
         let size = own.position.dot(&own.position) + first.lb().squared();
-        let rounding = (T::from_f64(ROUNDING) * T::EPSILON).squared() * size;
-        let mut covariance = [[T::ZERO; READINGS]; READINGS];
-        for (index, ((row, share), equation)) in covariance
-            .iter_mut()
-            .zip(&shares)
-            .zip(&equations)
-            .enumerate()
-        {
-            let Some(equation) = equation else {
-                if let Some(diagonal) = row.get_mut(index) {
-                    *diagonal = T::ONE;
-                }
-                continue;
-            };
-            for (entry, other) in row.iter_mut().zip(&shares).take(index + 1) {
-                *entry = product(share, other);
-            }
-            for (place, (entry, other)) in row.iter_mut().zip(&equations).take(index).enumerate() {
-                let shape = self.shape.and_then(|own| own.get((index, place)).copied());
-                if let (Some(shape), Some(other)) = (shape, other) {
-                    *entry += shape * equation.sigma * other.sigma;
-                }
-            }
-            let shape = self.shape.and_then(|own| own.get((index, index)).copied());
-            if let Some(diagonal) = row.get_mut(index) {
-                *diagonal += shape.unwrap_or(T::ONE) * equation.sigma.squared() + rounding;
-            }
-        }
-        self.factor = cholesky(&covariance);
+        let rounding = T::from_f64(ROUNDING) * T::EPSILON;
+        self.factor = cholesky(&shares, rounding.squared() * size, shape);
     }
 
     fn poses(&self, robot: &Robot<T>) -> Option<(Pose<T>, Option<Pose<T>>)> {
@@ -293,19 +270,25 @@ impl<T: Real> ObservationRow<T> {
 
     /// L⁻¹ times columns of readings, times √ of the row's weight. Missing readings are 0.
     fn whiten(&self, columns: &mut [[T; READINGS]]) {
+        let is_read = |index: &usize| self.observation.is_read(*index);
         for (index, row) in self.factor_rows().enumerate() {
-            let Some((pivot, row)) = row.split_last().filter(|_| self.observation.is_read(index))
-            else {
+            let Some((pivot, row)) = row.split_last().filter(|_| is_read(&index)) else {
                 continue;
             };
-            for column in columns.iter_mut() {
-                let Some((known, [entry, ..])) = column.split_at_mut_checked(index) else {
-                    continue;
-                };
-                for (factor, known) in row.iter().zip(known) {
-                    *entry -= *factor * *known;
+            // Where nothing is read there are zeros.
+            for (known, factor) in row.iter().enumerate().filter(|(known, _)| is_read(known)) {
+                for column in columns.iter_mut() {
+                    if let (Some(known), Some(entry)) =
+                        (column.get(known).copied(), column.get_mut(index))
+                    {
+                        *entry -= *factor * known;
+                    }
                 }
-                *entry /= *pivot;
+            }
+            for column in columns.iter_mut() {
+                if let Some(entry) = column.get_mut(index) {
+                    *entry /= *pivot;
+                }
             }
         }
         if self.root_weight != T::ONE {
@@ -355,7 +338,6 @@ fn absorb_part<T: Real, const K: usize>(
 }
 
 /// Adds ∂h/∂P of a reading whose derivative by the pose's position is `by_position`.
-#[inline(never)]
 fn add_by_parameters<T: Real>(
     columns: &mut [[T; READINGS]],
     reading: usize,
@@ -375,7 +357,6 @@ fn add_by_parameters<T: Real>(
 }
 
 /// Adds the derivatives by the numbers of the transmissions, which follow the parameters.
-#[inline(never)]
 fn add_by_transmissions<T: Real>(
     columns: &mut [[T; READINGS]],
     reading: usize,
@@ -417,35 +398,46 @@ fn product<T: Real>(one: &[T], other: &[T]) -> T {
         .fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
-/// L of L Lᵀ, each row up to its diagonal, which is positive: every reading has its own σ.
-fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [T; LOWER] {
+/// L of L Lᵀ, each row up to its diagonal, which is positive: every reading has its own σ. Of each reading, the parts of the
+/// joints' noise and σ; where nothing is read there is a 1. L Lᵀ is the readings' covariance, `rounding` on its diagonal.
+fn cholesky<T: Real>(
+    shares: &[Option<([T; 6], T)>; READINGS],
+    rounding: T,
+    shape: impl Fn(usize, usize) -> Option<T>,
+) -> [T; LOWER] {
+    let mut rows = [[T::ZERO; READINGS]; READINGS];
     let mut factor = [T::ZERO; LOWER];
-    let mut start = 0;
-    for (index, entries) in covariance.iter().enumerate() {
-        let mut own = [T::ZERO; READINGS];
-        for (column, (entry, above)) in entries
-            .iter()
-            .zip(lower_rows(&factor))
-            .enumerate()
-            .take(index)
-        {
-            let sum = *entry - product(&own, above);
-            if let (Some(target), Some(pivot)) = (own.get_mut(column), above.last()) {
-                *target = sum / *pivot;
+    let mut entries = factor.iter_mut();
+    for (index, share) in shares.iter().enumerate() {
+        let Some((known, [own, ..])) = rows.split_at_mut_checked(index) else {
+            break;
+        };
+        let mut diagonal = T::ONE;
+        if let Some((share, sigma)) = share {
+            for (column, (above, other)) in known.iter().zip(shares).enumerate() {
+                if let (Some((other, other_sigma)), Some(pivot)) = (other, above.get(column)) {
+                    let mut sum = product(share, other) - product(own, above);
+                    if let Some(shape) = shape(index, column) {
+                        sum += shape * *sigma * *other_sigma;
+                    }
+                    if let Some(entry) = own.get_mut(column) {
+                        *entry = sum / *pivot;
+                    }
+                }
             }
+            let square = match shape(index, index) {
+                Some(shape) => shape * sigma.squared(),
+                None => sigma.squared(),
+            };
+            let variance = product(share, share) + (square + rounding);
+            diagonal = (variance - product(own, own)).square_root();
         }
-        let squared = entries.get(index).copied().unwrap_or(T::ONE) - product(&own, &own);
-        if let Some(target) = own.get_mut(index) {
-            *target = squared.square_root();
+        if let Some(entry) = own.get_mut(index) {
+            *entry = diagonal;
         }
-        for (entry, value) in factor
-            .iter_mut()
-            .skip(start)
-            .zip(own.iter().take(index + 1))
-        {
+        for (value, entry) in own.iter().take(index + 1).zip(&mut entries) {
             *entry = *value;
         }
-        start += index + 1;
     }
     factor
 }

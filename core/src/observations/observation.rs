@@ -2,7 +2,7 @@
 
 use crate::samples::SampleError;
 use crate::{Busy, Real};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// Readings taken at one set of joint angles: any of the coordinates, a height, a distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,8 +135,6 @@ pub(super) const LOWER: usize = READINGS * (READINGS + 1) / 2;
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservationRow<T: Real> {
     pub(super) observation: Observation<T>,
-    /// Covariance of the coordinates alone, in products of their σ, if it is not the identity.
-    pub(super) shape: Option<Matrix3<T>>,
     /// L of the readings' covariance, each row up to its diagonal, which is 1 for a missing reading.
     pub(super) factor: [T; LOWER],
     /// The nominal robot's position at the joint angles, if it reaches them.
@@ -152,7 +150,6 @@ impl<T: Real> ObservationRow<T> {
     pub const fn new(observation: Observation<T>) -> Self {
         Self {
             observation,
-            shape: None,
             factor: [T::ZERO; LOWER],
             nominal: Vector3::new(T::ZERO, T::ZERO, T::ZERO),
             root_weight: T::ONE,
@@ -163,15 +160,6 @@ impl<T: Real> ObservationRow<T> {
     /// The observation.
     pub const fn observation(&self) -> &Observation<T> {
         &self.observation
-    }
-
-    /// With coordinates whose errors are not independent or not alike: their covariance in products of the σ of the
-    /// [noise](super::ObservationNoise), symmetric and positive definite. It counts when the row is
-    /// [prepared](super::ObservationProblem::prepare).
-    #[must_use]
-    pub const fn with_shape(mut self, shape: Matrix3<T>) -> Self {
-        self.shape = Some(shape);
-        self
     }
 
     /// Sets the row's weight in the sum of squares.
@@ -205,7 +193,12 @@ impl<T: Real> ObservationRow<T> {
 
     /// The rows of L, each up to its diagonal.
     pub(super) fn factor_rows(&self) -> impl Iterator<Item = &[T]> {
-        lower_rows(&self.factor)
+        let mut rest = self.factor.as_slice();
+        (1..=READINGS).map_while(move |length| {
+            let (row, below) = rest.split_at_checked(length)?;
+            rest = below;
+            Some(row)
+        })
     }
 
     /// Whether the row is ignored because the nominal robot does not reach its joint angles, so that its readings have
@@ -213,14 +206,4 @@ impl<T: Real> ObservationRow<T> {
     pub const fn is_left_out(&self) -> bool {
         self.left_out
     }
-}
-
-/// The rows of a lower triangle, each up to its diagonal.
-pub(super) fn lower_rows<T>(factor: &[T; LOWER]) -> impl Iterator<Item = &[T]> {
-    let mut rest = factor.as_slice();
-    (1..=READINGS).map_while(move |length| {
-        let (row, below) = rest.split_at_checked(length)?;
-        rest = below;
-        Some(row)
-    })
 }

@@ -14,7 +14,7 @@ use crate::robot::{
 };
 use crate::samples::{Triangle, Unknowns, moved_arm, part, squares};
 use core::ops::Deref;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Pieces of a row's linearisation: its derivatives, and the parts in which they are absorbed.
 const PIECES: usize = 1 + PARTS;
@@ -87,18 +87,19 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         instruments: &'a Instruments<'a, T>,
         rows: &'a mut [ObservationRow<T>],
     ) -> Result<Self, PrepareError> {
-        Self::prepare_watched(robot, instruments, rows, || ())
+        Self::prepare_with(robot, instruments, rows, |_| None)
     }
 
-    /// The same; `watch` is called between the rows.
+    /// The same with rows whose coordinates' errors are not independent or not alike. `shape` gives their covariance by the
+    /// index of the row, in products of the σ of the [noise](super::ObservationNoise), symmetric and positive definite.
     ///
     /// # Errors
     /// As [`prepare`](Self::prepare).
-    pub fn prepare_watched(
+    pub fn prepare_with(
         robot: &'a Robot<T>,
         instruments: &'a Instruments<'a, T>,
         rows: &'a mut [ObservationRow<T>],
-        mut watch: impl FnMut(),
+        mut shape: impl FnMut(usize) -> Option<Matrix3<T>>,
     ) -> Result<Self, PrepareError> {
         let parameters = OF_ROBOT + instruments.unknowns();
         if parameters > N {
@@ -113,7 +114,6 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
         for (index, row) in rows.iter_mut().enumerate() {
-            watch();
             let placed = row.place(robot);
             row.left_out = placed == Err(ObservationError::Unreached);
             if !row.left_out {
@@ -123,9 +123,11 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         let mut prepared =
             Prepared::begun(robot, instruments, rows).map_err(PrepareError::Refused)?;
         prepared.start.locate_all(robot, instruments, rows);
-        for row in rows.iter_mut() {
-            watch();
-            prepared.weigh(robot, instruments, row);
+        for (index, row) in rows.iter_mut().enumerate() {
+            let shape = shape(index);
+            prepared.weigh(robot, instruments, row, |one, other| {
+                shape?.get((one, other)).copied()
+            });
         }
         Ok(Self {
             robot,
@@ -316,7 +318,6 @@ impl<T: Unknowns<N>, const N: usize> Problem<T, N> for ObservationProblem<'_, T,
     }
 
     /// Derives the readings of one row, or absorbs a part of them.
-    #[inline(never)]
     fn linearize(
         &self,
         at: &InstrumentsAt<T, N>,
@@ -399,7 +400,6 @@ impl<T: Real, const N: usize> Prepared<T, N> {
     ///
     /// # Errors
     /// [`Refusal::UnusableInstrument`], [`Refusal::TooFewObservations`].
-    #[inline(never)]
     pub(super) fn begun(
         robot: &Robot<T>,
         instruments: &Instruments<'_, T>,
@@ -470,9 +470,10 @@ impl<T: Real, const N: usize> Prepared<T, N> {
         robot: &Robot<T>,
         instruments: &Instruments<'_, T>,
         row: &mut ObservationRow<T>,
+        shape: impl Fn(usize, usize) -> Option<T>,
     ) {
         let start = &self.start;
-        row.take_weights(&start.at(robot, instruments, start.unknowns()));
+        row.take_weights(&start.at(robot, instruments, start.unknowns()), shape);
         self.count(robot, row);
     }
 

@@ -63,7 +63,6 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     ///
     /// # Errors
     /// [`Refusal::ImpossibleGeometry`] or [`Refusal::ImpossibleRobot`].
-    #[inline(never)]
     pub(super) fn complete(&self, outcome: &mut ObservationOutcome<T, N>) -> Result<(), Refusal> {
         let correction = &outcome.estimate.correction;
         outcome.robot = self.robot_at(correction)?;

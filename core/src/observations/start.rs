@@ -41,7 +41,6 @@ impl<T: Real, const N: usize> StartValues<T, N> {
     }
 
     /// Finds a piece of the start: a plane, a point, or a part of the frame. Returns whether there are more.
-    #[inline(never)]
     pub(super) fn locate(
         &mut self,
         robot: &Robot<T>,

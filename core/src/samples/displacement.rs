@@ -127,8 +127,7 @@ impl<T: Real> Displacement<T> {
     ///
     /// u and v rotate with θ and α and scale with the upper arm; |u|² depends only on the upper arm's length. With a
     /// linear drive the same, but ∂(φᵀc)/∂v = 2 (φc v + φs D − φxs).
-    // Once for a linearisation and a gradient: 0.6 kB of flash jointly.
-    #[inline(never)]
+    #[inline(never)] // with `nearest_turn` 0.8 kB of joint flash built for size
     pub(crate) fn gradient_of(&self, features: &[T; 12]) -> [T; 8] {
         let [x, y, z, cosine, sine, xc, yc, zc, xs, ys, zs, one] = *features;
         let two = T::TWO;
@@ -167,7 +166,7 @@ pub(crate) fn small_turn<T: Real>(angle: T) -> (T, T) {
 }
 
 /// The same direction, within half a turn.
-#[inline(never)]
+#[inline(never)] // see `gradient_of`
 pub(crate) fn nearest_turn<T: Real>(angle: T) -> T {
     let turn = T::TWO * T::PI;
     angle - (angle / turn).nearest_integer() * turn

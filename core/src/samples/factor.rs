@@ -217,7 +217,6 @@ impl<T: Real> SampleCount<T> {
     }
 
     /// Each sample counts λ for every time it was forgotten by λ.
-    #[inline(never)]
     pub(crate) fn effective(&self) -> T {
         self.remembered + T::from_count(self.recent)
     }

@@ -12,7 +12,6 @@ use nalgebra::Vector3;
 
 impl<T: Real> Displacement<T> {
     #[cfg(feature = "linear")]
-    #[inline(never)]
     pub(super) fn of_linear_drive(nominal: &NominalArm<T>, correction: &[T; 8]) -> Self {
         let [dx, dy, dz, lean_x, lean_y, delta_scale, _, delta_lb] = *correction;
         let [_, _, _, lean_x0, lean_y0, ..] = nominal.arm().parameters();
@@ -67,7 +66,6 @@ impl<T: Real> Displacement<T> {
     }
 
     /// Features, in the order of φ in [`NominalArm`](super::NominalArm), times ∂c/∂P.
-    #[inline(never)]
     pub(super) fn linear_gradient_of(&self, features: &[T; 12]) -> [T; 8] {
         let [x, y, z, squared, travel, _, _, _, xs, ys, zs, one] = *features;
         let two = T::TWO;

@@ -92,7 +92,7 @@ impl<T: Real> NominalArm<T> {
     ///
     /// The unit is the largest power of two not above Lb, and the centre is rounded to sixteenths of it, so that
     /// neither rounds a sample.
-    #[inline(never)]
+    #[inline(never)] // 1.2 kB of flash
     pub(crate) fn new(arm: &Arm<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
         let scale = arm.lb().power_of_two_below();
         let inverse_scale = T::ONE / scale;
@@ -294,7 +294,6 @@ impl<T: Real> NominalArm<T> {
     }
 
     /// The factor from internal units to the caller's at each place; 0 at an empty one.
-    #[inline(never)]
     pub(crate) fn units(&self) -> [T; 8] {
         let (length, other) = (self.scale, T::ONE);
         match self.arm.drive() {

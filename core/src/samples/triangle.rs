@@ -171,7 +171,7 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
     ///
     /// One Householder reflection per column, of the diagonal entry with the block's column. Cost: about 2KN²
     /// multiplications and additions, N square roots.
-    #[inline(never)]
+    #[inline(never)] // with `eliminate` and `squares` 0.8 kB of joint flash
     pub(crate) fn absorb<const K: usize>(&mut self, block: &mut T::Columns<[T; K]>) {
         let entries = self.entries.as_mut();
         reduce(entries, Self::COLUMNS, block.as_mut(), Self::COLUMNS);
@@ -186,7 +186,7 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
 
     /// Absorbs K rows that are zero left of some column, given by the columns from there on, for the first `pivots` of
     /// these columns. The remainder of the rows is left in the other columns.
-    #[inline(never)]
+    #[inline(never)] // see `absorb`
     pub(crate) fn eliminate<const K: usize>(&mut self, columns: &mut [[T; K]], pivots: usize) {
         let size = columns.len();
         reduce(self.entries_from(size), size, columns, pivots);
@@ -239,7 +239,7 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
 }
 
 /// The sum of squares.
-#[inline(never)]
+#[inline(never)] // see `absorb`
 pub(crate) fn squares<T: Real>(values: &[T]) -> T {
     let sum = |sum, value: &T| sum + value.squared();
     values.iter().fold(T::ZERO, sum)
@@ -440,18 +440,16 @@ pub(crate) fn add_multiple<T: Real>(to: &mut [T], factor: T, vector: &[T]) {
 }
 
 pub(crate) fn affine<T: Real>(entries: &[T], x: &[T], product: &mut [T]) {
-    let mut rest = entries;
-    for (index, target) in product.iter_mut().enumerate() {
-        let x = x.get(index..).unwrap_or_default();
+    let (mut rest, mut x) = (entries, x);
+    for target in product {
         let Some((row, [right, below @ ..])) = rest.split_at_checked(x.len()) else {
             return;
         };
-        rest = below;
         *target = plus_products(*right, row, x);
+        (rest, x) = (below, x.get(1..).unwrap_or_default());
     }
 }
 
-#[inline(never)]
 fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
     let (mut rest, mut product) = (entries, product);
     for part in v {
@@ -483,7 +481,6 @@ pub(crate) fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
 }
 
 /// Solves xᵀ U = vᵀ in place.
-#[inline(never)]
 fn left_substitute<T: Real>(entries: &[T], size: usize, vector: &mut [T]) {
     let (mut rows, mut rest) = (entries, vector);
     for length in (2..=size).rev() {
@@ -589,7 +586,6 @@ pub(crate) fn add_square<T: Real, const K: usize>(
     }
 }
 
-#[inline(never)]
 fn substitute<T: Real>(entries: &[T], size: usize, column: &mut [T]) {
     for row in (0..black_box(column.len().saturating_sub(1))).rev() {
         let ([pivot, row @ ..], Some([target, known @ ..])) =

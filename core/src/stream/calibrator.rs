@@ -99,7 +99,6 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     }
 
     /// The same in its place, whatever the caller's optimisation makes of the value.
-    #[inline(never)]
     pub fn new_in<'a>(
         place: &'a mut MaybeUninit<Self>,
         robot: &Robot<T>,

@@ -113,7 +113,6 @@ impl<T: Real> Gate<T> {
         verdict
     }
 
-    #[inline(never)]
     fn rows(&self, nominal_arms: [&NominalArm<T>; 3], sample: &Sample<T>) -> [Row<T>; 3] {
         let [first, second, third] = &self.arms;
         let [one, two, three] = nominal_arms;
@@ -135,7 +134,6 @@ impl<T: Real> Gate<T> {
         self.compare(nominal_arms, settings, &self.rows(nominal_arms, sample))
     }
 
-    #[inline(never)]
     fn compare(
         &self,
         nominal_arms: [&NominalArm<T>; 3],
@@ -172,7 +170,6 @@ impl<T: Real> Gate<T> {
     }
 
     /// Decides, and counts the arms that reject.
-    #[inline(never)]
     fn judge(
         &mut self,
         nominal_arms: [&NominalArm<T>; 3],

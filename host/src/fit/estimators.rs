@@ -176,8 +176,12 @@ impl Task<'_> {
         f64: Unknowns<N>,
     {
         let robot = &self.robot.robot;
+        let readings = &self.readings.rows;
         let problem =
-            ObservationProblem::<f64, N>::prepare_watched(robot, instruments, rows, halt::check)?;
+            ObservationProblem::<f64, N>::prepare_with(robot, instruments, rows, |row| {
+                halt::check();
+                readings.get(row)?.value.shape
+            })?;
         let count = problem.rows().len();
         let (mut weights, mut suspected, mut worth) = (vec![1.0; count], vec![false; count], 1.0);
         let unknowns = PARAMETERS + instruments.unknowns();

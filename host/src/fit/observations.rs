@@ -114,9 +114,6 @@ pub(crate) fn row(reading: &Reading, levels: &Levels) -> Result<ObservationRow<f
     if let (Some(sigma), Some(kind)) = (reading.sigma, reading.kind()) {
         own.set_weight((levels.of(kind) / sigma).powi(2));
     }
-    if let Some(shape) = reading.shape {
-        own = own.with_shape(shape);
-    }
     Ok(own)
 }
 

@@ -199,7 +199,10 @@ fn linuxcnc_commands_the_joint_angles_of_the_robot() {
         export(&folder, name, arms);
         folder.write(&format!("{name}.csv"), positions(&wanted(arms), 1.0));
     }
-    // Another robot's parameters on the pins: first without the revision that activates them, then an impossible robot.
+    // Another robot's parameters on the pins: while the machine is on they wait until it is off. Then without the revision that
+    // activates them, and an impossible robot.
+    folder.write("far_off.on.hal", folder.read("far_off.hal"));
+    folder.write("off.hal", "");
     let half = folder.read("robot.hal");
     let half = half.replace("setp deltacalkins.revision", "# ");
     folder.write("half.hal", &half);
@@ -210,17 +213,17 @@ fn linuxcnc_commands_the_joint_angles_of_the_robot() {
     folder.write("beyond.csv", "x_mm,y_mm,z_mm\n0,0,-2000\n0,0,-450\n");
     let driven = drive(
         &folder,
-        "robot.csv far_off.hal far_off.csv half.hal far_off.csv none.hal far_off.csv beyond.csv",
+        "robot.csv far_off.on.hal robot.csv off.hal far_off.csv half.hal far_off.csv none.hal far_off.csv beyond.csv",
         |ini| ini,
     );
     let printed = &driven.printed;
     let mut rows = driven.rows.chunks(POSITIONS);
-    for name in ["robot", "far_off", "far_off", "far_off"] {
+    for name in ["robot", "robot", "far_off", "far_off", "far_off"] {
         let (_, arms) = robots.iter().find(|(own, _)| *own == name).unwrap();
         let chunk = rows.next().unwrap_or_else(|| panic!("{printed}"));
         assert_driven(&folder, (name, 1.0), &wanted(arms), chunk);
     }
-    let cause = "revision 5 is not taken over: The upper arm or the forearm is not longer than 0.";
+    let cause = "revision 5 is not taken over: The length of an upper arm or forearm is not greater than 0.";
     assert!(printed.contains(cause), "{printed}");
     // LinuxCNC refuses an unreachable position and carries on.
     let [None, Some(_)] = rows.next().unwrap() else {

@@ -3,9 +3,9 @@
 
 drive.py RESULT.csv FILE...   as the DISPLAY of an INI file, in its folder.
 
-Each FILE is either positions (x_mm,y_mm,z_mm) to drive to, or a HAL file, which is read while the machine is off. The
-result is a samples file of delta-cal: joint angles, and the position where the controller's forward kinematics has the
-robot. A move that LinuxCNC refuses becomes a comment with LinuxCNC's reason.
+Each FILE is either positions (x_mm,y_mm,z_mm) to drive to, or a HAL file, which is read while the machine is off, or on
+if its name ends with .on.hal. The result is a samples file of delta-cal: joint angles, and the position where the
+controller's forward kinematics has the robot. A move that LinuxCNC refuses becomes a comment with LinuxCNC's reason.
 """
 
 import csv
@@ -88,8 +88,9 @@ def main(result, files):
         to.write("q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n")
         for name in files:
             if name.endswith(".hal"):
-                command.state(linuxcnc.STATE_OFF)
-                until("off", lambda: status.task_state != linuxcnc.STATE_ON)
+                if not name.endswith(".on.hal"):
+                    command.state(linuxcnc.STATE_OFF)
+                    until("off", lambda: status.task_state != linuxcnc.STATE_ON)
                 subprocess.run(["halcmd", "-f", name], check=False)
                 continue
             switch_on()

@@ -7,10 +7,7 @@ macro_rules! calibrator {
         /// Writes the number of samples.
         #[unsafe(export_name = family!($family, "samples"))]
         pub extern "C" fn samples(calibrator: Held<Own>, mut samples: Out<u64>) -> Status {
-            status_of(|| {
-                let count = calibrator.get()?.samples();
-                Ok(samples.put(count)?)
-            })
+            status_alone(calibrator.get().and_then(|own| samples.put(own.samples())))
         }
 
         /// Starts solving. Until the last `step`, or until `stop`, every call that would change the samples returns
@@ -59,19 +56,13 @@ macro_rules! calibrator {
         /// Abandons what `solve` started. The samples stay.
         #[unsafe(export_name = family!($family, "stop"))]
         pub extern "C" fn stop(mut calibrator: HeldMut<Own>) -> Status {
-            status_of(|| {
-                calibrator.get()?.stop();
-                Ok(())
-            })
+            status_alone(calibrator.get().map(Own::stop))
         }
 
         /// Discards all samples and what was solved from them: as after `init`.
         #[unsafe(export_name = family!($family, "reset"))]
         pub extern "C" fn reset(mut calibrator: HeldMut<Own>) -> Status {
-            status_of(|| {
-                calibrator.get()?.reset();
-                Ok(())
-            })
+            status_alone(calibrator.get().map(Own::reset))
         }
 
         /// Makes the calibrated robot, in `size` bytes of memory: write `sizeof *robot`. `robot` may be the robot in use,
@@ -220,10 +211,7 @@ macro_rules! of_positions {
         /// of the control loop earlier if `solve` takes too long. The result has the same bits.
         #[unsafe(export_name = family!($family, "flush"))]
         pub extern "C" fn flush(mut calibrator: HeldMut<Own>) -> Status {
-            status_of(|| {
-                calibrator.get()?.flush();
-                Ok(())
-            })
+            status_alone(calibrator.get().map(Own::flush))
         }
 
         /// Adds all samples of another calibrator of the same robot and noise.
@@ -320,10 +308,7 @@ macro_rules! gated {
         /// Writes the sample counts and the alarm, if any.
         #[unsafe(export_name = family!($family, "state"))]
         pub extern "C" fn state(calibrator: Held<Own>, mut state: Out<GateCounts>) -> Status {
-            status_of(|| {
-                let found = GateCounts::from(calibrator.get()?);
-                Ok(state.put(found)?)
-            })
+            status_alone(calibrator.get().and_then(|own| state.put(own.into())))
         }
 
         /// Answers the alarm and excuses all rejections so far: solving is possible again. Without forgetting the rejected samples
@@ -331,10 +316,7 @@ macro_rules! gated {
         /// answer discards the earlier samples, and the gate begins again, as when new; its counts go on.
         #[unsafe(export_name = family!($family, "acknowledge"))]
         pub extern "C" fn acknowledge(mut calibrator: HeldMut<Own>) -> Status {
-            status_of(|| {
-                calibrator.get()?.acknowledge();
-                Ok(())
-            })
+            status_alone(calibrator.get().map(Own::acknowledge))
         }
     };
 }
@@ -347,7 +329,7 @@ macro_rules! families {
             use super::Real;
             use super::outcome::{ArmSummary, Found, deviations_of, index_of};
             use super::sample::{Sample, Settings};
-            use crate::error::{Error, report, status_of};
+            use crate::error::{Error, report, status_alone, status_of};
             use crate::memory::{Held, HeldMut, In, New, Out};
             use crate::status::{self, Status};
             use delta_cal::{Progress, Robot};

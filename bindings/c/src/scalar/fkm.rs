@@ -4,7 +4,7 @@
 use super::Real;
 use super::outcome::{ArmSummary, Found, deviations_of, index_of};
 use super::sample::{Settings, stated};
-use crate::error::{Error, report, status_of};
+use crate::error::{Error, report, status_alone, status_of};
 use crate::memory::{Held, HeldMut, In, New, Out, plain};
 use crate::plain::{
     FRAME_BASE, FRAME_SENSOR, PLANES, POINTS, READ_DISTANCE, READ_DISTANCE_BETWEEN, READ_HEIGHT,

@@ -2,7 +2,7 @@
 #![allow(unsafe_code)] // naming symbols
 
 use super::Real;
-use crate::error::{Error, report, status_of};
+use crate::error::{Error, report, status_alone};
 use crate::memory::{Held, HeldMut, In, New, Out, plain};
 use crate::status::Status;
 use delta_cal::nalgebra::Vector3;
@@ -73,10 +73,7 @@ pub extern "C" fn robot_parameters(
     robot: Held<Robot<Real>>,
     mut parameters: Out<[[Real; 8]; 3]>,
 ) -> Status {
-    status_of(|| {
-        let found = robot.get()?.parameters();
-        Ok(parameters.put(found)?)
-    })
+    status_alone(robot.get().and_then(|own| parameters.put(own.parameters())))
 }
 
 /// Gives a robot the transmissions of its joints, which its kinematics and every calibration with it as the nominal robot
@@ -109,10 +106,8 @@ pub extern "C" fn robot_transmissions(
     robot: Held<Robot<Real>>,
     mut transmissions: Out<[[Real; 5]; 3]>,
 ) -> Status {
-    status_of(|| {
-        let found = robot.get()?.transmissions();
-        Ok(transmissions.put(found.map(|own| own.numbers()))?)
-    })
+    let numbers = |own: &Robot<Real>| own.transmissions().map(|own| own.numbers());
+    status_alone(robot.get().and_then(|own| transmissions.put(numbers(own))))
 }
 
 /// Forward kinematics: where the platform is at these joint angles. `joints`: q1, q2, q3, radians. `position`: x, y, z,

@@ -34,7 +34,7 @@ fn a_robot_with_transmissions_is_the_cores() {
         [0.0; 5],
         [-8e-4, 0.0, 6e-4, 0.0, -1e-4],
     ];
-    let set = robot_set_transmissions(robot.held_mut(), input(&numbers), no_error());
+    let set = robot_set_transmissions(robot.held_mut(), input(&numbers), null());
     ok(set);
     let transmissions = numbers.map(|own| Transmission::new(own).unwrap());
     let expected = nominal::<f64>().with_transmissions(transmissions).unwrap();
@@ -42,12 +42,7 @@ fn a_robot_with_transmissions_is_the_cores() {
     let joints = [0.3, -0.2, 0.5];
     let (mut position, mut back, mut found) = ([0.0; 3], [0.0; 3], [[0.0; 5]; 3]);
     let there = output(&mut position);
-    ok(robot_forward(
-        robot.held(),
-        input(&joints),
-        there,
-        no_error(),
-    ));
+    ok(robot_forward(robot.held(), input(&joints), there, null()));
     let there = expected.forward(&joints).unwrap();
     assert_eq!(bits(&position), bits(there.as_slice()));
     let angles = output(&mut back);
@@ -55,13 +50,13 @@ fn a_robot_with_transmissions_is_the_cores() {
         robot.held(),
         input(&position),
         angles,
-        no_error(),
+        null(),
     ));
     assert_eq!(bits(&back), bits(&expected.inverse(&there).unwrap()));
 
     let mut far = numbers;
     far[2][0] = 0.2;
-    let refused = robot_set_transmissions(robot.held_mut(), input(&far), no_error());
+    let refused = robot_set_transmissions(robot.held_mut(), input(&far), null());
     assert_eq!(refused, status::GEOMETRY_TRANSMISSION);
     ok(robot_transmissions(robot.held(), output(&mut found)));
     assert_eq!(found, numbers);
@@ -138,7 +133,7 @@ macro_rules! family {
             fn filled(settings: &Settings, taken: &[delta_cal::Sample<f64>]) -> Place<Own> {
                 let (mut robot, mut calibrator) = (robot(), Place::filled_with(0xa5));
                 let (new, size) = (calibrator.new_object(), calibrator.size());
-                ok(init(new, size, robot.held(), input(settings), no_error()));
+                ok(init(new, size, robot.held(), input(settings), null()));
                 for sample in taken {
                     added(&mut calibrator, sample);
                 }
@@ -147,7 +142,7 @@ macro_rules! family {
 
             fn added(calibrator: &mut Place<Own>, sample: &delta_cal::Sample<f64>) {
                 let sample = in_c(sample);
-                ok(add(calibrator.held_mut(), input(&sample), no_error()));
+                ok(add(calibrator.held_mut(), input(&sample), null()));
             }
 
             /// The core's calibrator.
@@ -214,7 +209,7 @@ macro_rules! family {
                 let early = |calibrator: &mut Place<Own>| {
                     let mut early = Place::filled_with(0x5a);
                     let (new, size) = (early.new_object(), early.size());
-                    let found = finish(calibrator.held(), new, size, no_error());
+                    let found = finish(calibrator.held(), new, size, null());
                     assert!(early.is_filled_with(0x5a));
                     let sigma = deviations(calibrator.held(), output(&mut [[0.0; 8]; 3]));
                     assert_eq!((found, sigma), (status::UNFINISHED, status::UNFINISHED));
@@ -223,11 +218,11 @@ macro_rules! family {
                 early(&mut calibrator);
                 let (bytes, size) = stored(&mut calibrator);
 
-                ok(solve(calibrator.held_mut(), no_error()));
+                ok(solve(calibrator.held_mut(), null()));
                 assert_eq!(step(calibrator.held_mut()), status::WORKING);
                 let sample = in_c(&all[0]);
                 for found in [
-                    add(calibrator.held_mut(), input(&sample), no_error()),
+                    add(calibrator.held_mut(), input(&sample), null()),
                     merge(calibrator.held_mut(), other.held()),
                     forget(calibrator.held_mut(), 0.5),
                     restore(calibrator.held_mut(), row(&bytes), size),
@@ -236,16 +231,16 @@ macro_rules! family {
                 }
                 // Nothing waits, and it is begun.
                 ok(flush(calibrator.held_mut()));
-                ok(solve(calibrator.held_mut(), no_error()));
+                ok(solve(calibrator.held_mut(), null()));
                 early(&mut calibrator);
                 assert_eq!(stepped(&mut calibrator), expected);
 
                 // Another sample, and the result is out of date.
-                ok(add(calibrator.held_mut(), input(&sample), no_error()));
+                ok(add(calibrator.held_mut(), input(&sample), null()));
                 early(&mut calibrator);
-                ok(solve(calibrator.held_mut(), no_error()));
+                ok(solve(calibrator.held_mut(), null()));
                 ok(stop(calibrator.held_mut()));
-                ok(add(calibrator.held_mut(), input(&sample), no_error()));
+                ok(add(calibrator.held_mut(), input(&sample), null()));
                 ok(reset(calibrator.held_mut()));
                 assert_eq!(count(&mut calibrator), 0);
             }

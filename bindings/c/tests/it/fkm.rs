@@ -45,7 +45,7 @@ fn made(instruments: &Instruments) -> Result<Place<Own>, Error> {
 }
 
 fn added(calibrator: &mut Place<Own>, observation: &Observation) -> i32 {
-    add(calibrator.held_mut(), input(observation), no_error())
+    add(calibrator.held_mut(), input(observation), null())
 }
 
 #[test]

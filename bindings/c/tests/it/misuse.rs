@@ -2,7 +2,7 @@
 //! that mean nothing. Every call is refused with its status, and writes nothing. Also run under Miri, which sees every
 //! access to memory: `cargo verify miri`.
 
-use crate::place::{Place, at, in_c, input, no_error, noise_alone, ok, output, robot};
+use crate::place::{Place, at, in_c, input, noise_alone, null, ok, output, robot};
 use core::ptr::null_mut;
 use delta_cal::Robot;
 use delta_cal_c::double::robot::*;
@@ -33,13 +33,13 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
             use $family::*;
             tried! { $prefix:
                 samples(p!(), p!())
-                solve(p!(), no_error())
+                solve(p!(), null())
                 step(p!())
                 solving(p!())
                 finished(p!())
                 stop(p!())
                 reset(p!())
-                finish(p!(), p!(), ROOM, no_error())
+                finish(p!(), p!(), ROOM, null())
                 arm(p!(), 0, p!())
                 deviations(p!(), p!())
                 covariance(p!(), p!())
@@ -52,8 +52,8 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
     macro_rules! of_positions {
         ($family:ident $prefix:literal) => {
             calibrator! { $family $prefix:
-                init(p!(), ROOM, p!(), p!(), no_error())
-                add(p!(), p!(), no_error())
+                init(p!(), ROOM, p!(), p!(), null())
+                add(p!(), p!(), null())
                 flush(p!())
                 merge(p!(), p!())
                 forget(p!(), 0.5)
@@ -63,8 +63,8 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
     macro_rules! gated {
         ($family:ident $prefix:literal) => {
             calibrator! { $family $prefix:
-                init(p!(), ROOM, p!(), p!(), 0.0, 0.0, no_error())
-                add(p!(), p!(), p!(), no_error())
+                init(p!(), ROOM, p!(), p!(), 0.0, 0.0, null())
+                add(p!(), p!(), p!(), null())
                 state(p!(), p!())
                 acknowledge(p!())
             }
@@ -75,21 +75,21 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
     gated!(gate "gate_");
     gated!(joint_gate "joint_gate_");
     calibrator! { fkm "fkm_":
-        init(p!(), ROOM, p!(), p!(), p!(), no_error())
-        add(p!(), p!(), no_error())
+        init(p!(), ROOM, p!(), p!(), p!(), null())
+        add(p!(), p!(), null())
         plane(p!(), 0, p!())
         point(p!(), 0, p!())
         frame(p!(), p!(), p!())
     }
     tried! { "":
         robot_parameters(p!(), p!())
-        robot_set_transmissions(p!(), p!(), no_error())
+        robot_set_transmissions(p!(), p!(), null())
         robot_transmissions(p!(), p!())
-        robot_forward(p!(), p!(), p!(), no_error())
-        robot_inverse(p!(), p!(), p!(), no_error())
+        robot_forward(p!(), p!(), p!(), null())
+        robot_inverse(p!(), p!(), p!(), null())
         // Last: they may make an object.
-        robot_from_dimensions(p!(), ROOM, p!(), no_error())
-        robot_from_parameters(p!(), ROOM, p!(), no_error())
+        robot_from_dimensions(p!(), ROOM, p!(), null())
+        robot_from_parameters(p!(), ROOM, p!(), null())
     }
     found
 }
@@ -161,7 +161,7 @@ fn an_object_of_another_kind_is_refused_by_every_function() {
         at(place),
         ROOM,
         from,
-        no_error(),
+        null(),
     ));
     for (function, found) in every_function(place) {
         if !makes_a_robot(&function) {
@@ -190,7 +190,7 @@ fn a_size_that_is_too_small_is_refused() {
     let dimensions = [194.0, 30.0, 260.0, 480.0, 0.0];
     for wrong in [0, 8, memory.size() - 1] {
         let from = at((&raw const dimensions).cast_mut().cast());
-        let made = robot_from_dimensions(memory.new_object(), wrong, from, no_error());
+        let made = robot_from_dimensions(memory.new_object(), wrong, from, null());
         assert_eq!(made, status::WRONG_SIZE);
         assert!(memory.is_filled_with(0x5a), "something was written");
     }
@@ -200,13 +200,7 @@ fn calibrator() -> Place<Ikm<f64>> {
     let (mut robot, mut calibrator) = (robot(), Place::new());
     let (new, size) = (calibrator.new_object(), calibrator.size());
     let settings = noise_alone();
-    ok(ikm::init(
-        new,
-        size,
-        robot.held(),
-        input(&settings),
-        no_error(),
-    ));
+    ok(ikm::init(new, size, robot.held(), input(&settings), null()));
     calibrator
 }
 
@@ -217,7 +211,7 @@ fn two_calibrators_in_one_place_are_refused() {
     assert_eq!(ikm::merge(at(place), at(place)), status::OVERLAP);
     // The object is as usable as before.
     let sample = in_c(&samples()[0]);
-    ok(ikm::add(calibrator.held_mut(), input(&sample), no_error()));
+    ok(ikm::add(calibrator.held_mut(), input(&sample), null()));
 }
 
 /// The numbers are read before the robot is changed, so that they may lie in it.
@@ -227,7 +221,7 @@ fn transmissions_within_the_robot_are_read_first() {
     let (mut before, mut after) = ([[0.0; 8]; 3], [[0.0; 8]; 3]);
     ok(robot_parameters(robot.held(), output(&mut before)));
     let within = at(robot.start().wrapping_add(8));
-    let found = robot_set_transmissions(robot.held_mut(), within, no_error());
+    let found = robot_set_transmissions(robot.held_mut(), within, null());
     assert_eq!(found, status::GEOMETRY_TRANSMISSION);
     ok(robot_parameters(robot.held(), output(&mut after)));
     assert_eq!(before, after);

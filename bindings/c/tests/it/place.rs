@@ -73,7 +73,7 @@ pub(crate) fn row<T>(values: &[T]) -> In<T> {
     at(values.as_ptr().cast_mut().cast())
 }
 
-pub(crate) fn no_error() -> Out<Error> {
+pub(crate) fn null() -> Out<Error> {
     at(null_mut())
 }
 
@@ -97,12 +97,7 @@ pub(crate) fn robot() -> Place<Robot<f64>> {
     let mut robot = Place::new();
     let (new, size) = (robot.new_object(), robot.size());
     let parameters = nominal::<f64>().parameters();
-    ok(robot_from_parameters(
-        new,
-        size,
-        input(&parameters),
-        no_error(),
-    ));
+    ok(robot_from_parameters(new, size, input(&parameters), null()));
     robot
 }
 

@@ -70,7 +70,6 @@ pub(super) struct Predicted<T> {
 
 impl<T: Real> Prediction<T> {
     /// At the nominal arm, without samples.
-    #[inline(never)]
     pub(super) fn new(robot: &Robot<T>, arm: ArmIndex, settings: &Settings<T>) -> Self {
         let nominal = NominalArm::new(robot.arm(arm), &workspace_centre(robot), settings.noise);
         let correction = [T::ZERO; 8];
@@ -199,7 +198,6 @@ impl<T: Real> Prediction<T> {
     }
 
     /// Relinearises at the correction.
-    #[inline(never)]
     pub(super) fn linearize(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
         self.at = Displacement::new(factor.nominal(), &self.correction);
         self.normal = prior.rows(T::ONE, &self.correction);

@@ -13,7 +13,7 @@ use crate::accuracy::position_error::PositionError;
 use crate::accuracy::repeats::{Attained, Repeatability};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::calibration::report::FrameReport;
-use crate::diagnosis::diagnose;
+use crate::diagnosis::{Diagnosis, diagnose};
 use crate::explain::{Step, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
@@ -200,16 +200,7 @@ pub fn validate(
     let known = known_frame(robot, request)?;
     let frame = known.map_or(Frame::Sensor, |_| Frame::Base);
     let mut readings = of_platform_point(robot, readings, known);
-    let options = Options::in_frame(frame);
-    let in_base = known.map(|own| readings.turned(&own.inverse()));
-    let diagnosis = diagnose(robot, in_base.as_ref().unwrap_or(&readings), &options);
-    // A mistake in all rows needs no further explanation. Most rows are in another frame than the known one of the sensor,
-    // too, after it moved.
-    let judged = Some(in_base.as_ref().unwrap_or(&readings));
-    let judged = judged.filter(|_| diagnosis.is_none() || request.frame == Frame::Sensor);
-    let step = judged.and_then(|own| {
-        step(robot, own, options, known.as_ref()).filter(|own| diagnosis.is_none() || own.is_all)
-    });
+    let (diagnosis, step) = explained(robot, &readings, request, known.as_ref());
     if let Some(step) = &step {
         readings.rows.truncate(step.row);
     }
@@ -296,6 +287,29 @@ pub fn validate(
         kind: only_kind(readings),
         of_datum: request.frame == Frame::Sensor && !request.stored,
     })
+}
+
+/// A mistake in all rows, and what happened during the measurement; `known`: the frame of the coordinates.
+fn explained(
+    robot: &RobotFile,
+    readings: &Readings,
+    request: Request,
+    known: Option<&RigidTransform<f64>>,
+) -> (Option<Diagnosis>, Option<Step>) {
+    let frame = known.map_or(Frame::Sensor, |_| Frame::Base);
+    let options = Options::in_frame(frame);
+    let in_base = known.map(|own| readings.turned(&own.inverse()));
+    let readings = in_base.as_ref().unwrap_or(readings);
+    let diagnosis = diagnose(robot, readings, &options);
+    let happened = || step(robot, readings, options, known);
+    let step = match &diagnosis {
+        None => happened(),
+        // Most rows are in another frame than the known one of the sensor, too, after it moved.
+        Some(_) if request.frame == Frame::Sensor => happened().filter(|own| own.is_all),
+        // A mistake in all rows needs no further explanation.
+        Some(_) => None,
+    };
+    (diagnosis, step)
 }
 
 /// What is said of too few poses, `None` if there are enough.

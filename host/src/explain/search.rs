@@ -531,8 +531,46 @@ impl Search<'_> {
             rows: own.rows.into_iter().map(|row| left[row]).collect(),
             from: own.from,
         };
+        let (of_targets, unstated) = self.of_targets(state);
+        let mut kinds = self.gains(&scan, left.len());
+        if !unstated.is_empty() {
+            let gains = unstated.iter().filter_map(|own| scan.throughout(&[*own]));
+            kinds.push(gains.collect());
+        }
+        let solution = &state.solution;
+        // A noise that was widened may be more than the residuals need.
+        let stated = if state.squares > 0.0 {
+            solution.squares() / state.squares
+        } else {
+            1.0
+        };
+        let variance = solution.squares() / solution.degrees_of_freedom().max(1.0);
+        let variance = variance.max(stated);
+        let mut chosen: Vec<_> = of_targets
+            .iter()
+            .filter_map(|own| state.hypothesis.and(own))
+            .collect();
+        let gains = kinds.iter().flatten().map(|own| own.0);
+        let least = WORTHWHILE * gains.fold(0.0, f64::max);
+        for mut gains in kinds {
+            gains.retain(|own| own.0 > least);
+            order::sort_by(&mut gains, |own| -own.0);
+            for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
+                let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
+                let penalty = Self::penalty(unknowns, self.alike(hypothesis.kind()));
+                if gain / variance > FIRST_ORDER * penalty
+                    && let Some(both) = state.hypothesis.and(&original(hypothesis))
+                {
+                    chosen.push(both);
+                }
+            }
+        }
+        chosen
+    }
+
+    /// The gains of everything that may happen to so many rows, by its kind; of targets apart.
+    fn gains(&self, scan: &Scan, count: usize) -> Vec<Vec<Gain>> {
         let drive = self.case.robot.robot.drive();
-        let count = left.len();
         let mut kinds: Vec<Vec<Gain>> = Vec::new();
         let throughout = |effects: &[Effect]| scan.throughout(effects);
         for kind in EffectKind::all(drive) {
@@ -582,22 +620,21 @@ impl Search<'_> {
             kinds.push(moves);
         }
         kinds.push(scan.rows());
-        let count_of_targets = self.case.readings.targets.len().max(1);
-        let targets = (0..count_of_targets).map(|index| Effect::of(EffectKind::Target).at(index));
+        kinds
+    }
+
+    /// Targets whose stated places are doubtful, alone and in pairs; and those of which nothing is stated.
+    fn of_targets(&self, state: &Fitted) -> (Vec<Hypothesis>, Vec<Effect>) {
+        let count = self.case.readings.targets.len().max(1);
+        let targets = (0..count).map(|index| Effect::of(EffectKind::Target).at(index));
         let known = |own: &Effect| state.estimate(own).is_some();
         let (stated, unstated): (Vec<_>, Vec<_>) = targets.partition(known);
         // In a sensor's own frame, where the only target is is where the frame is.
         let is_known =
             self.options.frame == Frame::Base || !self.case.robot.instruments.datum.is_empty();
-        let placed = is_known || count_of_targets > 1;
-        if placed && self.case.robot.tolerance.is_some() {
-            kinds.push(
-                unstated
-                    .iter()
-                    .filter_map(|own| throughout(&[*own]))
-                    .collect(),
-            );
-        }
+        let placed = is_known || count > 1;
+        let may_be = placed && self.case.robot.tolerance.is_some();
+        let unstated = if may_be { unstated } else { Vec::new() };
         // What is stated of a target is among the unknowns: opening it frees them.
         let doubtful = |own: &&Estimated| {
             let each = own.by.iter().zip(&own.mean).zip(&own.sigma);
@@ -617,36 +654,7 @@ impl Search<'_> {
         });
         let alone = stated.iter();
         let alone = alone.map(|own| Hypothesis::of(&[own.effect], own.by.clone()));
-        let of_targets: Vec<_> = alone.chain(pairs).collect();
-        let solution = &state.solution;
-        // A noise that was widened may be more than the residuals need.
-        let stated = if state.squares > 0.0 {
-            solution.squares() / state.squares
-        } else {
-            1.0
-        };
-        let variance = solution.squares() / solution.degrees_of_freedom().max(1.0);
-        let variance = variance.max(stated);
-        let mut chosen: Vec<_> = of_targets
-            .iter()
-            .filter_map(|own| state.hypothesis.and(own))
-            .collect();
-        let gains = kinds.iter().flatten().map(|own| own.0);
-        let least = WORTHWHILE * gains.fold(0.0, f64::max);
-        for mut gains in kinds {
-            gains.retain(|own| own.0 > least);
-            order::sort_by(&mut gains, |own| -own.0);
-            for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
-                let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
-                let penalty = Self::penalty(unknowns, self.alike(hypothesis.kind()));
-                if gain / variance > FIRST_ORDER * penalty
-                    && let Some(both) = state.hypothesis.and(&original(hypothesis))
-                {
-                    chosen.push(both);
-                }
-            }
-        }
-        chosen
+        (alone.chain(pairs).collect(), unstated)
     }
 }
 

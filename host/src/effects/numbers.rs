@@ -1,8 +1,8 @@
 //! Wrong numbers of the robot file, common to all arms: the robot is not as far from them as the tolerance allows.
 
 use super::EffectKind;
-use delta_cal::Robot;
 use delta_cal::robot::{Parameter, ParameterKind};
+use delta_cal::{Real, Robot};
 use nalgebra::Vector3;
 
 /// Step of a difference quotient.
@@ -66,7 +66,7 @@ fn changed(kind: EffectKind, robot: &Robot<f64>, by: &[f64]) -> Option<Robot<f64
 
 /// Turns an arm's upper arm by an angle about its joint.
 fn turn(parameters: &mut [f64; 8], by: f64) {
-    let (sine, cosine) = by.sin_cos();
+    let (sine, cosine) = by.sine_cosine();
     let [x, y] = [parameters[5], parameters[6]];
     (parameters[5], parameters[6]) = (cosine * x - sine * y, sine * x + cosine * y);
 }

@@ -17,7 +17,7 @@
 
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::Drive;
-use delta_cal::{ArmIndex, Parameter, Robot};
+use delta_cal::{ArmIndex, Parameter, Real, Robot};
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, UnitQuaternion, Vector3};
 
 /// Numbers of an arm: δl and δs in mm, ψ and ρ in radians.
@@ -219,9 +219,9 @@ impl At {
             let elbow = arm.elbow(joints[index]);
             let azimuth = match arm.drive() {
                 Drive::Rotary => arm.get(Parameter::Theta),
-                Drive::Linear => arm.d().y.atan2(arm.d().x),
+                Drive::Linear => arm.d().y.angle_over(arm.d().x),
             };
-            let (sine, cosine) = azimuth.sin_cos();
+            let (sine, cosine) = azimuth.sine_cosine();
             let radial = Vector3::new(cosine, sine, 0.0);
             ArmAt {
                 elbow,

@@ -13,6 +13,7 @@
 use super::{Imported, OF_PROBE};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, Readings, Row};
+use delta_cal::Real;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -208,7 +209,7 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
             .with_remedy(remedy)
     })?;
     for (line, (direction, out, z)) in of_g33 {
-        let (sine, cosine) = f64::to_radians(direction).sin_cos();
+        let (sine, cosine) = f64::to_radians(direction).sine_cosine();
         touches.push(Touch {
             line,
             at: [out * radius * cosine, out * radius * sine, z],

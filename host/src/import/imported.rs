@@ -11,7 +11,7 @@ use crate::geometry::{Parallelograms, range, reaches_anywhere};
 use crate::text::rounded;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, Drive, GeometryError};
-use delta_cal::{Robot, Tolerance};
+use delta_cal::{Real, Robot, Tolerance};
 use nalgebra::{Rotation3, Vector3};
 
 /// Where the towers of a printer usually stand, degrees.
@@ -124,7 +124,7 @@ impl Towers {
     /// Upright towers with these carriage heights at a travel of 0.
     fn robot(&self, name: &str, zeros: [f64; 3]) -> Result<Robot<f64>, InputError> {
         robot(name, |index| {
-            let (sine, cosine) = self.azimuths[index].to_radians().sin_cos();
+            let (sine, cosine) = self.azimuths[index].to_radians().sine_cosine();
             let [x, y] = [self.radius * cosine, self.radius * sine];
             Arm::linear([x, y, zeros[index], 0.0, 0.0, 1.0, self.rods[index]])
         })
@@ -565,7 +565,7 @@ impl Imported {
         let all = stated.printed.iter();
         let all = all.flat_map(|own| DIRECTIONS.map(|direction| (*own, direction)));
         for ([wanted, came_out], direction) in all {
-            let (sine, cosine) = f64::to_radians(direction).sin_cos();
+            let (sine, cosine) = f64::to_radians(direction).sine_cosine();
             let half = Vector3::new(cosine, sine, 0.0) * (0.5 * wanted);
             let ends = [half, -half].map(|end| self.configured.inverse(&end));
             let [Ok(to), Ok(from)] = ends else {

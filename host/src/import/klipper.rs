@@ -8,6 +8,7 @@ use super::settings::Settings;
 use super::{Includes, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
+use delta_cal::Real;
 use delta_cal::robot::Arm;
 use std::f64::consts::TAU;
 
@@ -176,7 +177,7 @@ fn rotary(settings: &Settings) -> Result<Machine, InputError> {
     let endstops = like_first(settings, "position_endstop", None)?;
     let arm = |index: usize| {
         let azimuth = azimuths[index].to_radians();
-        let (sine, cosine) = azimuth.sin_cos();
+        let (sine, cosine) = azimuth.sine_cosine();
         let (x, y) = (radius * cosine, radius * sine);
         Arm::new([x, y, height, azimuth, 0.0, upper[index], 0.0, lower[index]])
     };

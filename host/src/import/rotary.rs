@@ -5,6 +5,7 @@ use super::settings::{Entry, Settings};
 use super::{Firmware, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
+use delta_cal::Real;
 use delta_cal::robot::Arm;
 use std::collections::BTreeMap;
 
@@ -51,7 +52,7 @@ impl Arms {
     fn imported(self, settings: &Settings) -> Result<Imported, InputError> {
         let arm = |index: usize| {
             let azimuth = self.azimuths[index].to_radians();
-            let (sine, cosine) = azimuth.sin_cos();
+            let (sine, cosine) = azimuth.sine_cosine();
             let [x, y] = [self.radius * cosine, self.radius * sine];
             let [upper, lower] = [self.upper[index], self.lower[index]];
             Arm::new([x, y, self.heights[index], azimuth, 0.0, upper, 0.0, lower])

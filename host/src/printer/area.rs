@@ -6,7 +6,7 @@ use crate::export::positions::reached;
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{OF_ROBOT, RobotCovariance};
 use crate::import::Imported;
-use delta_cal::{Robot, Sample};
+use delta_cal::{Real, Robot, Sample};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -194,7 +194,7 @@ pub(super) fn bed(radius: f64, circles: u32, on_a_circle: u32) -> Vec<[f64; 2]> 
     for circle in 1..=circles {
         let out = radius * f64::from(circle) / f64::from(circles);
         for index in 0..on_a_circle {
-            let (sine, cosine) = (TAU * f64::from(index) / f64::from(on_a_circle)).sin_cos();
+            let (sine, cosine) = (TAU * f64::from(index) / f64::from(on_a_circle)).sine_cosine();
             places.push([out * cosine, out * sine]);
         }
     }

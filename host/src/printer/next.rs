@@ -8,6 +8,7 @@ use crate::fit::solution::RobotCovariance;
 use crate::halt;
 use crate::import::{Imported, OF_PROBE};
 use crate::planning::covariance_after;
+use delta_cal::Real;
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -149,7 +150,7 @@ pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>)
 /// The distances of `DELTA_ANALYZE`: six from the centre to the pillars, six between the pillars.
 fn object(robot: &RobotFile) -> Option<Vec<Row<Reading>>> {
     let towards = |degrees: f64, out: f64| {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let (sine, cosine) = degrees.to_radians().sine_cosine();
         Vector3::new(out * cosine, out * sine, 0.0)
     };
     let mut rows = Vec::new();

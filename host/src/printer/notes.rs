@@ -5,8 +5,8 @@ use crate::effects::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
 use crate::import::Imported;
-use delta_cal::Robot;
 use delta_cal::robot::{Arm, Drive};
+use delta_cal::{Real, Robot};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -178,7 +178,7 @@ fn lengths_for(robot: &Robot<f64>, bed: Option<f64>, scale: f64) -> Option<[f64;
     let out = 0.9 * bed?;
     let made = |radius: f64, rod: f64| {
         let arm = |index: u8| {
-            let (sine, cosine) = (TAU * (f64::from(index) / 3.0 + 0.25)).sin_cos();
+            let (sine, cosine) = (TAU * (f64::from(index) / 3.0 + 0.25)).sine_cosine();
             Arm::linear([radius * cosine, radius * sine, 0.0, 0.0, 0.0, 1.0, rod]).ok()
         };
         Robot::new([arm(0)?, arm(1)?, arm(2)?]).ok()
@@ -191,7 +191,7 @@ fn lengths_for(robot: &Robot<f64>, bed: Option<f64>, scale: f64) -> Option<[f64;
         let centre = at(Vector3::zeros())?;
         let (mut height, mut scale) = (0.0, 0.0);
         for index in 0..12_u8 {
-            let (sine, cosine) = (TAU * f64::from(index) / 12.0).sin_cos();
+            let (sine, cosine) = (TAU * f64::from(index) / 12.0).sine_cosine();
             let place = Vector3::new(out * cosine, out * sine, 0.0);
             let off = at(place)? - place - centre;
             height += off.z / 12.0;

@@ -134,7 +134,14 @@ impl Effector {
                 significant(own.sigma_mm, 1),
             )
         });
-        let bias = if self.separated {
+        let shown = self.probe_bias_rms_mm > NAMED * self.probe_bias_sigma_mm;
+        let bias = if self.separated && !shown {
+            format!(
+                "No tilt of the effector shows: a tilt biases the probe by at most some {:.3} mm rms over the bed. The \
+                 lines count it.",
+                NAMED * self.probe_bias_sigma_mm
+            )
+        } else if self.separated {
             format!(
                 "The probe's bias over the bed is {:.3} ± {:.3} mm rms, because the effector tilts. The lines count it.",
                 self.probe_bias_rms_mm, self.probe_bias_sigma_mm

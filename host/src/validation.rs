@@ -200,7 +200,7 @@ pub fn validate(
     let known = known_frame(robot, request)?;
     let frame = known.map_or(Frame::Sensor, |_| Frame::Base);
     let mut readings = of_platform_point(robot, readings, known);
-    let (diagnosis, step) = explained(robot, &readings, request, known.as_ref());
+    let (diagnosis, step) = explained(robot, &readings, known.as_ref());
     if let Some(step) = &step {
         readings.rows.truncate(step.row);
     }
@@ -293,7 +293,6 @@ pub fn validate(
 fn explained(
     robot: &RobotFile,
     readings: &Readings,
-    request: Request,
     known: Option<&RigidTransform<f64>>,
 ) -> (Option<Diagnosis>, Option<Step>) {
     let frame = known.map_or(Frame::Sensor, |_| Frame::Base);
@@ -301,14 +300,9 @@ fn explained(
     let in_base = known.map(|own| readings.turned(&own.inverse()));
     let readings = in_base.as_ref().unwrap_or(readings);
     let diagnosis = diagnose(robot, readings, &options);
+    // A mistake in all rows needs no further explanation.
     let happened = || step(robot, readings, options, known);
-    let step = match &diagnosis {
-        None => happened(),
-        // Most rows are in another frame than the known one of the sensor, too, after it moved.
-        Some(_) if request.frame == Frame::Sensor => happened().filter(|own| own.is_all),
-        // A mistake in all rows needs no further explanation.
-        Some(_) => None,
-    };
+    let step = diagnosis.is_none().then(happened).flatten();
     (diagnosis, step)
 }
 

@@ -654,6 +654,76 @@ fn unusable_observations_are_refused_with_their_fault() {
     }
 }
 
+/// A plane needs three heights, a point three distances, an offset one more; prior knowledge of a placement replaces two
+/// or all but one of them. What is read at joint angles that the nominal robot does not reach does not count.
+#[test]
+fn the_instrument_with_too_few_readings_is_named() {
+    let robot = SymmetricRobot {
+        base_radius: 194.0,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm: 420.0,
+    };
+    let robot = robot.robot().unwrap();
+    let unknown = Plane::default();
+    let known = Plane {
+        known: Some((-560.0, 0.1)),
+        ..unknown
+    };
+    let level = Plane {
+        level: Some(0.01),
+        ..unknown
+    };
+    let place = Some((Vector3::new(0.0, 0.0, -700.0), 1.0));
+    let point = |known, offset| Point { known, offset };
+    let planes = [(unknown, 3), (known, 1), (level, 1)].map(|own| (own, (point(place, false), 1)));
+    let points = [
+        (None, false, 3),
+        (None, true, 4),
+        (place, false, 1),
+        (place, true, 2),
+    ]
+    .map(|(known, offset, needed)| ((level, 1), (point(known, offset), needed)));
+    for ((plane, heights), (of_point, distances)) in planes.into_iter().chain(points) {
+        let (planes, points) = ([level, plane], [point(place, false), of_point]);
+        let instruments = instruments_of(&planes, &points);
+        for (touched, measured) in (0..=4).flat_map(|count| [(4, count), (count, 4)]) {
+            // Of the first plane and point one reading, and so many of the second.
+            let rows = [touched, measured].map(|count| {
+                (0..5).map(move |index| {
+                    let reached = index <= count;
+                    let joints = if reached { [0.6, 0.7, 0.5] } else { [0.0; 3] };
+                    (u8::from(index > 0), joints)
+                })
+            });
+            let [touches, lengths] = rows;
+            let touches = touches.map(|(plane, joints)| Observation {
+                joints,
+                ..height(plane, 1.0)
+            });
+            let lengths = lengths.map(|(point, joints)| Observation {
+                joints,
+                ..distance(DistanceFrom::Point(point), 100.0)
+            });
+            let mut rows: Vec<_> = touches.chain(lengths).map(ObservationRow::new).collect();
+            let problem =
+                ObservationProblem::<f64, GOLDEN>::prepare(&robot, &instruments, &mut rows);
+            let few = match problem.err() {
+                Some(PrepareError::Refused(Refusal::TooFewObservations {
+                    instrument,
+                    observations,
+                    needed,
+                })) => Some((instrument, observations, needed)),
+                _ => None,
+            };
+            let of_plane = (touched < heights).then_some((Instrument::Plane(1), touched, heights));
+            let of_point =
+                (measured < distances).then_some((Instrument::Point(1), measured, distances));
+            assert_eq!(few, of_plane.or(of_point));
+        }
+    }
+}
+
 /// Touches that the nominal robot cannot make, one after each that it can, are refused and take no room: the outcome is
 /// that of all that were added. The forearms are shorter than the elbows of level arms are far out; a travel overflows
 /// in single precision when it is squared twice.

@@ -268,9 +268,6 @@ pub struct Step {
     /// Its index in the file.
     #[serde(skip)]
     pub(crate) row: usize,
-    /// Whether nothing else is left to explain.
-    #[serde(skip)]
-    pub(crate) is_all: bool,
     /// Its line.
     pub line: u64,
     /// What happened, in one sentence.
@@ -294,7 +291,6 @@ impl Found {
         let is_rounding = best.solution.levels.position.position() < COMPUTED * arm.lb();
         (best.is_in_residuals(&self.base) && !is_rounding).then_some(Step {
             row: first.index,
-            is_all: best.misfit() < EXPLAINED,
             line: own.line?,
             text: own.text,
         })

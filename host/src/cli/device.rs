@@ -149,7 +149,7 @@ fn method() -> impl TypedValueParser<Value = Method> {
 
 #[derive(Debug, Args)]
 struct ParametersArguments {
-    /// The robot file from which to take [joints], [tolerance] and [noise]
+    /// The robot file from which to take [convention], [joints], [tolerance] and [noise]
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: Option<PathBuf>,
     /// Write the nominal geometry instead of the one in use

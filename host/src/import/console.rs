@@ -64,7 +64,8 @@ pub(super) struct Touch {
 /// Answers without places; a place that the printer does not reach; G33 without the radius of its circle.
 pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>, InputError> {
     let content = text.text().to_ascii_lowercase();
-    let mut touches = match table(&content).or_else(|| height_map(&content)) {
+    let read = table(text.name(), &content)?;
+    let mut touches = match read.or_else(|| height_map(&content)) {
         Some(found) => found,
         None => answers(imported, text, &content)?,
     };
@@ -230,24 +231,37 @@ fn numbers(text: &str, marks: &[char]) -> Option<Vec<f64>> {
         .collect()
 }
 
-/// A table `x_mm,y_mm,height_mm` or `x_mm,y_mm,paper_mm`: places of the nozzle.
-fn table(content: &str) -> Option<Vec<Touch>> {
+/// A table `x_mm,y_mm,height_mm` or `x_mm,y_mm,paper_mm`: places of the nozzle. Between semicolons or tabs, commas are
+/// decimal ones.
+fn table(name: &str, content: &str) -> Result<Option<Vec<Touch>>, InputError> {
     let mut lines = (1..).zip(content.lines()).filter(|(_, own)| {
         let own = own.trim();
         !own.is_empty() && !own.starts_with('#')
     });
-    let (_, header) = lines.next()?;
-    let names: Vec<_> = header.split([',', ';', '\t']).map(str::trim).collect();
+    let header = lines.next().map_or("", |(_, own)| own);
+    let mark = [';', '\t'].into_iter().find(|own| header.contains(*own));
+    let mark = mark.unwrap_or(',');
+    let names: Vec<_> = header.split(mark).map(str::trim).collect();
     let named = match names.as_slice() {
         ["x_mm", "y_mm", "height_mm"] => Named::Nozzle,
         ["x_mm", "y_mm", "paper_mm"] => Named::Paper,
-        _ => return None,
+        _ => return Ok(None),
     };
     let touch = |(line, own): (u64, &str)| {
-        let at = numbers(own, &[',', ';', '\t'])?.try_into().ok()?;
-        Some(Touch { line, at, named })
+        let own = if mark == ',' {
+            own.to_owned()
+        } else {
+            own.replace(',', ".")
+        };
+        let at = numbers(&own, &[mark]).and_then(|own| own.try_into().ok());
+        at.map(|at| Touch { line, at, named }).ok_or_else(|| {
+            let cause = format!("the row is not three numbers: {}", names.join(", "));
+            InputError::new(name, cause)
+                .at_line(line)
+                .with_remedy("correct the row, or delete it")
+        })
     };
-    lines.map(touch).collect()
+    lines.map(touch).collect::<Result<_, _>>().map(Some)
 }
 
 /// RepRapFirmware's heightmap.csv: places of the probe; what it did not probe is 0 without decimals.

@@ -7,7 +7,9 @@
 #![allow(private_interfaces)] // no other crate can name the trait
 
 use crate::Real;
-use crate::calibration::{JointNormal, JointSamples, Means, Normal, correction_of, is_below};
+use crate::calibration::{
+    ArmSamples, JointNormal, JointSamples, Means, Normal, correction_of, is_below,
+};
 use crate::frame::RigidTransform;
 use crate::kinematics::KinematicsError;
 use crate::observations::{
@@ -15,10 +17,10 @@ use crate::observations::{
 };
 use crate::robot::{ArmIndex, OF_ARM, Robot};
 use crate::samples::{
-    ArmFactor, Displacement, FEATURES, JointDisplacement, JointFactor, NominalArm, Sample,
-    SampleError, Waiting, triangle,
+    ArmFactor, Displacement, FEATURES, Forgetting, JointDisplacement, JointFactor, NominalArm,
+    Sample, SampleError, Waiting, triangle,
 };
-use crate::stream::{Prediction, Row};
+use crate::stream::{Gate, Verdict};
 use core::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
@@ -94,18 +96,23 @@ kernels! { [f32, f64]
         is_below(robot, of, means)
     }
 
-    /// [`Prediction::row_of`].
-    fn gate_row(
-        prediction: &Prediction<Self>,
-        nominal: &NominalArm<Self>,
-        sample: (&Vector3<Self>, Self),
-    ) -> Row<Self> {
-        prediction.row_of(nominal, sample)
+    /// [`Gate::take`].
+    fn gate_add(
+        gate: &mut Gate<Self>,
+        samples: &mut ArmSamples<Self>,
+        sample: &Sample<Self>,
+        forgetting: Option<&Forgetting<Self>>,
+    ) -> Result<Verdict<Self>, SampleError> {
+        gate.take(samples, sample, forgetting)
     }
 
-    /// [`Prediction::innovation`].
-    fn gate_innovation(prediction: &Prediction<Self>, row: &Row<Self>) -> Option<(Self, Self)> {
-        prediction.innovation(row)
+    /// [`Gate::follow`].
+    fn gate_catch_up(
+        gate: &mut Gate<Self>,
+        samples: &mut ArmSamples<Self>,
+        forgetting: Option<&Forgetting<Self>>,
+    ) -> bool {
+        gate.follow(samples, forgetting)
     }
 
     /// [`JointSamples::take`].

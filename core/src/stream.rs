@@ -7,6 +7,6 @@ mod options;
 
 pub use crate::samples::Forgetting;
 pub use calibrator::StreamCalibrator;
+pub(crate) use gate::Gate;
 pub use gate::{GateCounts, Innovation, Verdict};
-pub(crate) use gate::{Prediction, Row};
 pub use options::Selection;

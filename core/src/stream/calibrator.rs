@@ -121,21 +121,21 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         self.check_idle()?;
         let forgetting = self.selection.forgetting;
         let mut work = Work::Collecting;
+        // Handed on as it is returned: where size counts, a copy of it takes as long as a whole test.
         let verdict = match &mut self.gated {
             None => {
                 match &forgetting {
                     Some(forgetting) => self.calibrator.add_forgetting(sample, forgetting)?,
                     None => self.calibrator.add(sample)?,
                 }
-                Verdict::Ungated
+                Ok(Verdict::Ungated)
             }
             Some(Gated { gate, beside }) => {
-                T::check_sample(self.calibrator.samples.nominal_arms(), sample)?;
                 let (arms, others) = E::arms(&mut self.calibrator.samples, beside);
-                gate.catch_up(arms, forgetting.as_ref());
                 let verdict = gate.add(arms, sample, forgetting.as_ref());
                 match (&verdict, others, &forgetting) {
-                    (Verdict::Rejected(_), ..) => work = self.work,
+                    (Err(_), ..) => return verdict,
+                    (Ok(Verdict::Rejected(_)), ..) => work = self.work,
                     (_, None, _) => {}
                     (_, Some(own), None) => own.push(sample),
                     (_, Some(own), Some(forgetting)) => own.push_forgetting(sample, forgetting),
@@ -151,7 +151,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         };
         self.samples = self.samples.saturating_add(1);
         self.work = work;
-        Ok(verdict)
+        verdict
     }
 
     /// Starts a solve unless one is in progress or finished. If the gate's estimate is being solved, the solve follows

@@ -17,11 +17,11 @@ mod verdict;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
 use crate::calibration::{ArmSamples, Refusal, Samples, Settings, TolerancePrior};
 use crate::robot::{Arm, ArmIndex, OF_ARM, Robot};
-use crate::samples::{Forgetting, NominalArm, Sample};
+use crate::samples::{Forgetting, NominalArm, Sample, SampleError};
 use crate::state::state;
 use crate::{Real, SettingError};
 use prediction::Predicted;
-pub(crate) use prediction::{Prediction, Row};
+use prediction::{Prediction, Row};
 pub use verdict::{GateCounts, Innovation, Verdict};
 
 /// Tests each sample before it is added to the arms' samples. Constant memory, no sample is stored.
@@ -85,18 +85,33 @@ impl<T: Real> Gate<T> {
         Ok(())
     }
 
-    /// Tests one checked sample, and adds it unless it disagrees. [`catch_up`](Self::catch_up) comes before the next.
-    pub(crate) fn add(
+    /// Tests one sample, and adds it unless it disagrees. What [`catch_up`](Self::catch_up) has left to do comes first.
+    ///
+    /// # Errors
+    /// An invalid number; nothing has changed.
+    pub(super) fn add(
         &mut self,
         samples: &mut ArmSamples<T>,
         sample: &Sample<T>,
         forgetting: Option<&Forgetting<T>>,
-    ) -> Verdict<T> {
+    ) -> Result<Verdict<T>, SampleError> {
+        T::gate_add(self, samples, sample, forgetting)
+    }
+
+    /// [`add`](Self::add).
+    pub(crate) fn take(
+        &mut self,
+        samples: &mut ArmSamples<T>,
+        sample: &Sample<T>,
+        forgetting: Option<&Forgetting<T>>,
+    ) -> Result<Verdict<T>, SampleError> {
+        NominalArm::check_sample(samples.nominal_arms(), sample)?;
+        self.catch_up(samples, forgetting);
         let rows = self.rows(samples.nominal_arms(), sample);
         let verdict = self.judge(samples.nominal_arms(), samples.settings(), &rows);
         if let Verdict::Rejected(_) = verdict {
             self.note_rejection();
-            return verdict;
+            return Ok(verdict);
         }
         samples.wait(sample);
         if samples.waiting.due().is_none() {
@@ -110,7 +125,7 @@ impl<T: Real> Gate<T> {
         for (prediction, row) in self.arms.iter_mut().zip(&rows) {
             prediction.take_in([Some(row), None]);
         }
-        verdict
+        Ok(verdict)
     }
 
     fn rows(&self, nominal_arms: [&NominalArm<T>; 3], sample: &Sample<T>) -> [Row<T>; 3] {
@@ -118,7 +133,7 @@ impl<T: Real> Gate<T> {
         let [one, two, three] = nominal_arms;
         let [q1, q2, q3] = sample.joints;
         [(first, one, q1), (second, two, q2), (third, three, q3)]
-            .map(|(prediction, nominal, q)| T::gate_row(prediction, nominal, (&sample.position, q)))
+            .map(|(prediction, nominal, q)| prediction.row_of(nominal, (&sample.position, q)))
     }
 
     /// The innovation of a sample in each arm, without adding or counting it.
@@ -224,6 +239,15 @@ impl<T: Real> Gate<T> {
         samples: &mut ArmSamples<T>,
         forgetting: Option<&Forgetting<T>>,
     ) -> bool {
+        T::gate_catch_up(self, samples, forgetting)
+    }
+
+    /// [`catch_up`](Self::catch_up).
+    pub(crate) fn follow(
+        &mut self,
+        samples: &mut ArmSamples<T>,
+        forgetting: Option<&Forgetting<T>>,
+    ) -> bool {
         if samples.waiting.due().is_none() {
             return false;
         }
@@ -240,7 +264,7 @@ impl<T: Real> Gate<T> {
             prediction.renew(factor, &prior(nominal, samples.settings()));
             // The factor lacks what waits for the arm's next block: two samples at most.
             let waiting = samples.waiting.block(arm);
-            let mut rows = waiting.map(|sample| T::gate_row(prediction, nominal, sample));
+            let mut rows = waiting.map(|sample| prediction.row_of(nominal, sample));
             let rows = [rows.next(), rows.next()];
             prediction.take_in(rows.each_ref().map(Option::as_ref));
         }
@@ -321,7 +345,7 @@ mod tests {
             let mut calibrator = IkmCalibrator::new(&robot(), &Settings::default());
             let mut gate = Gate::new(&robot(), &Settings::default());
             for sample in &measured[..count] {
-                gate.add(&mut calibrator.samples, sample, None);
+                gate.add(&mut calibrator.samples, sample, None).unwrap();
                 gate.catch_up(&mut calibrator.samples, None);
             }
             let found = calibrator.calibrate().unwrap().robot;

@@ -242,7 +242,12 @@ macro_rules! family {
                 ok(stop(calibrator.held_mut()));
                 ok(add(calibrator.held_mut(), input(&sample), null()));
                 ok(reset(calibrator.held_mut()));
-                assert_eq!(count(&mut calibrator), 0);
+                let new = stored(&mut filled(&settings, &[]));
+                assert_eq!(stored(&mut calibrator), new);
+                for sample in &all {
+                    added(&mut calibrator, sample);
+                }
+                assert_eq!(solved(&mut calibrator), expected);
             }
 
             /// A snapshot into more room than it needs: what lies behind it is the caller's.
@@ -311,3 +316,63 @@ macro_rules! family {
 
 family!(ikm, Ikm);
 family!(joint, Joint);
+
+macro_rules! gated {
+    ($family:ident) => {
+        mod $family {
+            use super::*;
+
+            use delta_cal_c::double::$family::*;
+            use delta_cal_c::double::verdict::Verdict;
+
+            fn made(age: f64) -> Place<Own> {
+                let (mut robot, mut calibrator) = (robot(), Place::filled_with(0xa5));
+                let (new, size) = (calibrator.new_object(), calibrator.size());
+                let (own, settings) = (robot.held(), noise_and_tolerance());
+                ok(init(new, size, own, input(&settings), 4.0, age, null()));
+                calibrator
+            }
+
+            /// The bytes of its snapshot.
+            fn stored(calibrator: &mut Place<Own>) -> Vec<u8> {
+                let (mut bytes, mut length) = (vec![0; Own::SNAPSHOT_BYTES], 0);
+                let (place, room) = (at(bytes.as_mut_ptr()), bytes.len());
+                let held = calibrator.held();
+                ok(snapshot(held, place, room, output(&mut length)));
+                bytes.truncate(length);
+                bytes
+            }
+
+            fn taken(calibrator: &mut Place<Own>, all: &[delta_cal::Sample<f64>]) -> Vec<u8> {
+                for sample in all {
+                    let sample = in_c(sample);
+                    let held = calibrator.held_mut();
+                    ok(add(
+                        held,
+                        input(&sample),
+                        output(&mut Verdict::default()),
+                        null(),
+                    ));
+                    while step(calibrator.held_mut()) == status::WORKING {}
+                }
+                stored(calibrator)
+            }
+
+            #[test]
+            fn reset_means_new() {
+                let all = measured::<f64>();
+                for age in [0.0, 20.0] {
+                    let mut calibrator = made(age);
+                    let (empty, full) = (stored(&mut calibrator), taken(&mut calibrator, &all));
+                    assert_ne!(full, empty);
+                    ok(reset(calibrator.held_mut()));
+                    assert_eq!(stored(&mut calibrator), empty);
+                    assert_eq!(taken(&mut calibrator, &all), full);
+                }
+            }
+        }
+    };
+}
+
+gated!(gate);
+gated!(joint_gate);

@@ -129,7 +129,7 @@ impl<T: Real> Prediction<T> {
 
     /// `None` as of [`innovation`](Self::innovation).
     pub(super) fn predict(&self, row: &Row<T>, noise_stated: bool) -> Option<Predicted<T>> {
-        let (innovation, variance) = T::gate_innovation(self, row)?;
+        let (innovation, variance) = self.innovation(row)?;
         let normalized = if noise_stated {
             innovation / variance.square_root()
         } else {

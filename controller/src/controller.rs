@@ -103,8 +103,6 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
 
     /// Resumes a session interrupted by a restart, if its samples are stored. Call it once, before the first byte. It
     /// is separate from [`new`](Self::new) so that the controller can be constructed in static memory.
-    // Not inlined, here and elsewhere, so that consecutive stages share the stack.
-    #[inline(never)]
     pub fn resume(&mut self) {
         let nominal = &self.geometries.nominal.robot;
         self.streams.resume(nominal, &mut self.session);
@@ -121,7 +119,6 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         frame(sequence, &response)
     }
 
-    #[inline(never)]
     fn respond(&mut self, byte: u8) -> Option<(u16, Response<T>)> {
         Some(match self.receiver.push(byte)? {
             Ok(frame) => {
@@ -314,7 +311,6 @@ const fn steps(from: u16, to: u16) -> u16 {
     }
 }
 
-#[inline(never)]
 fn frame<T: Number>(sequence: u16, response: &Response<T>) -> Option<Vec<u8, LARGEST_FRAME>> {
     encode(Direction::Response, sequence, response).ok()
 }

@@ -112,7 +112,6 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     }
 
     /// Stores sets and reads them back.
-    #[inline(never)]
     fn save(&mut self, sets: &Sets<T>) -> Result<(), StoreError> {
         let mut bytes = [0; LARGEST];
         let mut writer = Writer::new(&mut bytes);
@@ -130,7 +129,6 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     }
 
     /// Whether a robot is the nominal one but for its tolerance, and reaches the work points.
-    #[inline(never)]
     pub(crate) fn near(&self, robot: &Robot<T>) -> bool {
         let nominal = &self.nominal.robot;
         let most = T::from_f64(ANOTHER_ROBOT) * nominal.arm(ArmIndex::First).lb();
@@ -191,7 +189,6 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     }
 
     /// Updates flash before anything else.
-    #[inline(never)]
     fn change_to(
         &mut self,
         from: u32,

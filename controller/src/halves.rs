@@ -145,7 +145,6 @@ impl<F: NorFlash> Halves<F> {
     ///
     /// # Errors
     /// The cause; the previous record then stays in use.
-    #[inline(never)]
     pub fn save(&mut self, content: &[u8]) -> Result<(), StoreError> {
         if content.len() > self.largest {
             return Err(StoreError::Record);
@@ -192,7 +191,6 @@ impl<F: NorFlash> Halves<F> {
     }
 
     /// Examines a half.
-    #[inline(never)]
     fn look(&mut self, half: usize) -> Result<Option<Found>, StoreError> {
         let found = self.read(half, &mut []);
         self.found[half] = found;
@@ -253,7 +251,6 @@ impl<F: NorFlash> Halves<F> {
         (mark == self.mark, fits.then_some(found))
     }
 
-    #[inline(never)]
     fn write(
         &mut self,
         half: usize,

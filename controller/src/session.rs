@@ -30,8 +30,6 @@ macro_rules! either {
 }
 
 impl<T: Real> Stream<T> {
-    // Separate for each estimator, or the stack would hold both calibrators at once.
-    #[inline(never)]
     fn begin<E: Estimator>(
         place: &mut Option<Self>,
         variant: impl Fn(StreamCalibrator<T, E>) -> Self,
@@ -50,12 +48,10 @@ impl<T: Real> Stream<T> {
     }
 
     /// The calibrated robot.
-    #[inline(never)]
     fn robot(&self) -> Result<Robot<T>, Refusal> {
         either!(self, own => own.outcome().map(|outcome| outcome.robot.clone()))
     }
 
-    #[inline(never)]
     fn arm(&self, arm: ArmIndex) -> Result<ArmOutcome<T>, Refusal> {
         match self {
             Self::Arms(own) => own.outcome().map(|outcome| Ikm::arm(outcome, arm)),
@@ -112,8 +108,6 @@ impl<T: Number> Session<T> {
     }
 
     /// Starts a session without samples, unless the same session is already open: same number and settings.
-    // Not inlined, here and below, so that consecutive stages share the stack.
-    #[inline(never)]
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
         if self.begun.as_ref() != Some(begin) {
             match begin.estimator {
@@ -165,7 +159,6 @@ impl<T: Number> Session<T> {
     }
 
     /// One bounded step; returns whether there is more to do.
-    #[inline(never)]
     pub(crate) fn step(&mut self) -> bool {
         let Some(stream) = &mut self.stream else {
             return false;
@@ -200,7 +193,6 @@ impl<T: Number> Session<T> {
         Some(written.ok()?.len())
     }
 
-    #[inline(never)]
     pub(crate) fn phase(&self) -> Phase {
         let Some(stream) = &self.stream else {
             return Phase::Idle;
@@ -232,7 +224,6 @@ impl<T: Number> Session<T> {
         stream.robot().map_err(|_| Fault::NoOutcome)
     }
 
-    #[inline(never)]
     pub(crate) fn report(&mut self, session: u32, index: ArmIndex) -> Result<ArmReport<T>, Fault> {
         let stream = self.of(session)?;
         let arm = stream.arm(index).map_err(|_| Fault::NoOutcome)?;

@@ -94,7 +94,6 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
     }
 
     /// Resumes the stored session, if there is one and this robot can use it.
-    #[inline(never)]
     pub(crate) fn resume(&mut self, nominal: &Robot<T>, session: &mut Session<T>) {
         let content = match self.halves.load(self.bytes.as_mut()) {
             Ok(Some(content)) => content,
@@ -165,7 +164,6 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         }
     }
 
-    #[inline(never)]
     fn save(&mut self, begin: &Begin<T>, session: &Session<T>) -> Result<(), StoreError> {
         let bytes = self.bytes.as_mut();
         let mut writer = Writer::new(bytes);

@@ -44,7 +44,8 @@ fn main() -> ! {
     }
 }
 
-/// Not inlined: temporaries moved into place here would occupy the stack permanently.
+// Not inlined, all three: what is moved into place would take 2,000 bytes of stack for ever, and the temporaries of a
+// request 2,500. With `start` inlined the program has 6,800 bytes more.
 #[inline(never)]
 fn start(
     received: Producer<'static, u8>,

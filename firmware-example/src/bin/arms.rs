@@ -27,7 +27,6 @@ fn main() -> ! {
 }
 
 /// Calibrates until nothing slips. The calibrator is constructed in place on the stack.
-#[inline(never)]
 fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     let Some(settings) = settings() else {
         fail("settings")
@@ -66,7 +65,6 @@ fn measure(pose: u8) -> Sample<f32> {
 }
 
 /// In bounded steps, while the control loop runs in its interrupt.
-#[inline(never)]
 fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal> {
     for pose in 0..SAMPLES {
         if calibrator.add(&measure(pose)).is_err() {
@@ -79,7 +77,6 @@ fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal>
 }
 
 /// The largest error of each robot at positions not used for calibration.
-#[inline(never)]
 fn errors(robots: [&Robot<f32>; 2]) -> [f32; 2] {
     let mut worst = [0.0; 2];
     for pose in 100..100 + CHECKS {

@@ -53,8 +53,7 @@ fn main() -> ! {
     small::run(attempt, errors)
 }
 
-/// Calibrates until no chip is in the way. Not inlined, here and below, so that consecutive stages share the stack.
-#[inline(never)]
+/// Calibrates until no chip is in the way.
 fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     static CALIBRATOR: StaticCell<Calibrator> = StaticCell::new();
     let calibrator = prepare(&CALIBRATOR, drawn);
@@ -65,7 +64,7 @@ fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     }
 }
 
-/// In place.
+/// In place. Inlined, what is moved there would take 3,000 bytes of stack for ever.
 #[inline(never)]
 fn prepare(place: &'static StaticCell<Calibrator>, drawn: &Robot<f32>) -> &'static mut Calibrator {
     let Some((instruments, settings)) = known() else {
@@ -108,7 +107,6 @@ fn touch([x, y]: [f32; 2], block: f32) -> [f32; 3] {
 }
 
 /// Touches every block at every position.
-#[inline(never)]
 fn measure(calibrator: &mut Calibrator, standing: &[f32; 3]) {
     for (height, stands) in BLOCKS.iter().zip(standing) {
         with(|machine| machine.plant.block = *stands);
@@ -129,7 +127,6 @@ fn measure(calibrator: &mut Calibrator, standing: &[f32; 3]) {
 }
 
 /// In bounded steps, while the control loop runs in its interrupt.
-#[inline(never)]
 fn calibrate(calibrator: &mut Calibrator) -> Result<Robot<f32>, Refusal> {
     calibrator.solve()?;
     while calibrator.step() == Progress::Working {}
@@ -137,7 +134,6 @@ fn calibrate(calibrator: &mut Calibrator) -> Result<Robot<f32>, Refusal> {
 }
 
 /// The largest error of each robot: the height of a block is known.
-#[inline(never)]
 fn errors(robots: [&Robot<f32>; 2]) -> [f32; 2] {
     let mut worst = [0.0; 2];
     for place in CHECKS {

@@ -4,6 +4,6 @@ mod fault;
 mod files;
 mod rows;
 
-pub(crate) use files::diagnose;
 pub use files::{Diagnosis, Explanation};
+pub(crate) use files::{commanded, diagnose};
 pub(crate) use rows::{FEWEST, MOST_WRONG, beside_the_platform_point, shifted_rows, wrong_rows};

@@ -4,7 +4,8 @@ use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
 use crate::accuracy::rigid_motion::degenerate;
 use crate::diagnosis::{
-    Diagnosis, FEWEST, MOST_WRONG, beside_the_platform_point, diagnose, shifted_rows, wrong_rows,
+    Diagnosis, FEWEST, MOST_WRONG, beside_the_platform_point, commanded, diagnose, shifted_rows,
+    wrong_rows,
 };
 use crate::explain::{Found, search};
 use crate::files::input::{InputError, InputText};
@@ -14,6 +15,7 @@ use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;
 use crate::fit::{Case, Frame, Method, Options, Unsolved};
 use crate::judge::{Judged, Objection, attempt, is_understated};
+use crate::text::significant;
 use delta_cal::Refusal;
 use delta_cal::frame::RigidTransform;
 
@@ -150,6 +152,15 @@ fn known_frame(robot: &RobotFile, frame: Frame) -> Option<RigidTransform<f64>> {
 fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), CalibrateError> {
     check_method(robot, readings, options)?;
     check_names(robot, readings)?;
+    if let Some((names, rms)) = commanded(robot, readings) {
+        let cause = format!(
+            "{}: {names} is where the robot file puts the platform, to {} mm: commanded, not measured.",
+            readings.name,
+            significant(rms, 1)
+        );
+        let remedy = format!("Write - for {names} in every row, or measure {names}.");
+        return Err(Refused::new(cause, remedy).into());
+    }
     if options.frame == Frame::Sensor {
         if !readings.holds(Kind::Position) {
             let cause = "no row holds x, y or z, so there is no frame to find";

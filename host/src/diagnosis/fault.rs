@@ -40,7 +40,7 @@ pub(super) struct Fault {
 const EXCHANGED: [[usize; 3]; 3] = [[0, 2, 1], [1, 0, 2], [2, 1, 0]];
 const CYCLIC: [[usize; 3]; 2] = [[1, 2, 0], [2, 0, 1]];
 const UNCHANGED: [usize; 3] = [0, 1, 2];
-const COORDINATES: [&str; 3] = ["x", "y", "z"];
+pub(super) const COORDINATES: [&str; 3] = ["x", "y", "z"];
 
 /// Units of length and their millimetres, the likeliest first.
 const LENGTHS: [(Unit, &str, f64); 5] = [

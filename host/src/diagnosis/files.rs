@@ -2,7 +2,7 @@
 //! undone and the samples compared with the robot of the file; the faults without which they agree clearly better are
 //! named. Nothing is ever corrected.
 
-use super::fault::{Fault, Files};
+use super::fault::{COORDINATES, Fault, Files};
 use crate::accuracy::quantiles::median;
 use crate::accuracy::rigid_motion::degenerate;
 use crate::files::robot_file::RobotFile;
@@ -11,7 +11,7 @@ use crate::fit::{Case, Frame, Options};
 use crate::geometry::outside_limits;
 use crate::judge::attempt;
 use crate::order;
-use crate::text::{capitalised, significant};
+use crate::text::{capitalised, list, significant};
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 use nalgebra::Vector3;
@@ -36,6 +36,11 @@ const FRAME_FAR: f64 = 0.1;
 const SAMPLES_NEEDED: usize = 4;
 /// The same if the frame is unknown.
 const SAMPLES_FOR_A_FRAME: usize = 8;
+/// How much better a coordinate that was commanded agrees with the robot of the file: than the others, than the noise.
+const COMMANDED: f64 = 10.0;
+const BELOW_NOISE: f64 = 3.0;
+/// No robot that needs calibration is where its file says to this fraction of the forearm.
+const AS_STATED: f64 = 1e-4;
 /// Most samples compared, evenly spread over the file.
 const COMPARED: usize = 64;
 /// One sample in this many may be outside the joint limits: a mistyped digit.
@@ -311,6 +316,35 @@ impl Evidence<'_> {
         let judged = attempt(&Case::new(&robot, &readings, options), None).ok()?;
         Some(fault.unit * judged.errors?.after.median)
     }
+}
+
+/// Coordinates that are where the robot of the file is, and not where it was measured: they agree with it ten times
+/// better than the others do, and three times better than the noise allows. Their names and the rms of the difference, mm.
+pub(crate) fn commanded(robot: &RobotFile, readings: &Readings) -> Option<(String, f64)> {
+    let samples = readings.samples();
+    let off = samples.filter_map(|row| {
+        let there = robot.robot.forward(&row.value.joints).ok()?;
+        Some(row.value.position - there)
+    });
+    let off: Vec<_> = off.collect();
+    if off.len() < SAMPLES_NEEDED {
+        return None;
+    }
+    let squares = off.iter().map(|own| own.component_mul(own));
+    #[expect(clippy::cast_precision_loss, reason = "a number of rows")]
+    let rms = (squares.sum::<Vector3<f64>>() / off.len() as f64).map(f64::sqrt);
+    let [arm, ..] = robot.robot.arms();
+    let noise = robot.noise.map_or(f64::INFINITY, |noise| noise.position());
+    let noise = noise.min(AS_STATED * arm.lb());
+    let limit = (rms.max() / COMMANDED).min(noise / BELOW_NOISE);
+    let copied = COORDINATES
+        .iter()
+        .zip(&rms)
+        .filter(|(_, own)| **own < limit);
+    let (names, rms): (Vec<_>, Vec<_>) =
+        copied.map(|(name, own)| ((*name).to_owned(), *own)).unzip();
+    let largest = rms.into_iter().reduce(f64::max)?;
+    Some((list(&names), largest))
 }
 
 /// The best explanation and those equally good. Where only rounding separates them, the likelier comes first, in the

@@ -3,7 +3,9 @@
 use crate::support::cases;
 use delta_cal::robot::Arm;
 use delta_cal::{Noise, Robot, Tolerance};
-use delta_cal_host::{Frame, InputText, Options, RobotFile, calibrate, read_samples};
+use delta_cal_host::{
+    CalibrateError, Frame, InputText, Options, Report, RobotFile, calibrate, read_samples,
+};
 use delta_cal_tests::{Spread, measurements, paper_limits, paper_robot, uniform};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
@@ -27,21 +29,22 @@ struct Case {
 impl Case {
     /// The diagnosis of the whole file, if there is one.
     fn diagnosis(&self) -> Option<String> {
+        match self.calibrated() {
+            Ok(report) => report.diagnosis.map(|own| own.to_string()),
+            Err(error) if error.refused() => error.diagnosis().map(ToString::to_string),
+            Err(error) => error.remedy(),
+        }
+    }
+
+    fn calibrated(&self) -> Result<Report, CalibrateError> {
         let (q, l) = (self.angles, self.lengths);
         let mut text = format!("q1_{q},q2_{q},q3_{q},x_{l},y_{l},z_{l}\n");
         for ([q1, q2, q3], x) in &self.rows {
             writeln!(text, "{q1},{q2},{q3},{},{},{}", x.x, x.y, x.z).unwrap();
         }
         let input = InputText::new("samples.csv", &text);
-        let readings = match read_samples(&input, &self.file, &self.options) {
-            Ok(readings) => readings,
-            Err(error) => return error.remedy(),
-        };
-        let diagnosis = match calibrate(&self.file, &readings, &self.options) {
-            Ok(report) => report.diagnosis,
-            Err(error) => error.diagnosis().cloned(),
-        };
-        diagnosis.map(|diagnosis| diagnosis.to_string())
+        let readings = read_samples(&input, &self.file, &self.options)?;
+        calibrate(&self.file, &readings, &self.options)
     }
 }
 
@@ -274,4 +277,24 @@ fn nothing_is_said_of_files_that_are_right_or_wrong_otherwise() {
         }
     }
     assert!(accused.is_empty(), "{accused:#?}");
+}
+
+/// A coordinate that was typed in as the controller had commanded it, and the joints with four digits.
+#[test]
+fn a_commanded_coordinate_is_no_measurement() {
+    for robot in 0..24 {
+        let (mut case, _) = case(robot, Some(Frame::Base));
+        let nominal = case.file.robot.clone();
+        for (joints, position) in &mut case.rows {
+            *joints = joints.map(|q| (1e4 * q).round() / 1e4);
+            position.z = nominal.forward(&joints.map(f64::to_radians)).unwrap().z;
+        }
+        let error = case.calibrated().unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("z is where the robot file puts the platform"),
+            "{error}"
+        );
+    }
 }

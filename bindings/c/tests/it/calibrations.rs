@@ -322,8 +322,8 @@ macro_rules! gated {
         mod $family {
             use super::*;
 
-            use delta_cal_c::double::$family::*;
             use delta_cal_c::double::verdict::Verdict;
+            use delta_cal_c::double::$family::*;
 
             fn made(age: f64) -> Place<Own> {
                 let (mut robot, mut calibrator) = (robot(), Place::filled_with(0xa5));

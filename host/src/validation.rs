@@ -358,18 +358,14 @@ fn known_frame(
     robot: &RobotFile,
     request: Request,
 ) -> Result<Option<RigidTransform<f64>>, CalibrateError> {
-    let datum = Datum::of(robot, request.frame)?;
-    match (request.frame, request.stored) {
-        (Frame::Base, _) => Ok(Some(RigidTransform::identity())),
-        (Frame::Sensor, false) => Ok(datum.map(|own| own.frame)),
-        (Frame::Sensor, true) => {
-            let missing = InputError::new(&robot.name, "the robot file has no [sensor_frame]");
-            let remedy =
-                "`calibrate --frame sensor` writes it; `validate --frame sensor` fits it again";
-            let stored = robot.sensor_frame.ok_or(missing.with_remedy(remedy));
-            Ok(Some(stored?))
-        }
+    Datum::of(robot, request.frame)?;
+    if request.frame == Frame::Base || !request.stored {
+        return Ok(Datum::known_frame(robot, request.frame)?);
     }
+    let missing = InputError::new(&robot.name, "the robot file has no [sensor_frame]");
+    let remedy = "`calibrate --frame sensor` writes it; `validate --frame sensor` fits it again";
+    let stored = robot.sensor_frame.ok_or(missing.with_remedy(remedy));
+    Ok(Some(stored?))
 }
 
 /// The mean squared deviation of each pose, and the mean square of the noise. All rows of a pose share the robot's

@@ -1,5 +1,6 @@
 //! The rigid motion that best fits small position errors.
 
+use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
 /// Small rigid motions of a set of points: a translation and a rotation about their centre.
@@ -63,7 +64,20 @@ impl RigidMotions {
     }
 }
 
-fn columns(arm: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+/// Poses of a robot that it reached before as well: where the platform is, and how far it moved, mm.
+pub(crate) fn moved(
+    before: &Robot<f64>,
+    poses: &[Sample<f64>],
+) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    let moved = poses.iter().filter_map(|pose| {
+        let from = before.forward(&pose.joints).ok()?;
+        Some((pose.position, pose.position - from))
+    });
+    moved.collect()
+}
+
+/// (I, −[x]×): displacement of a point by a translation and a rotation.
+pub(crate) fn columns(arm: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     let mut columns = SMatrix::<f64, 3, 6>::zeros();
     columns.fixed_columns_mut::<3>(0).fill_with_identity();
     columns

@@ -74,12 +74,7 @@ pub(crate) fn levels(robot: &RobotFile) -> Option<Levels> {
 
 /// Whether the robot file states σ of a kind of reading; if not, it is estimated.
 pub(crate) fn is_stated(robot: &RobotFile, kind: Kind) -> bool {
-    let facts = &robot.instruments;
-    match kind {
-        Kind::Position => robot.noise.is_some(),
-        Kind::Height => facts.height_noise.is_some(),
-        Kind::Distance => facts.distance_noise.is_some(),
-    }
+    robot.sigma(kind).is_some()
 }
 
 /// The planes and points of a file, with what the robot file states about them, as the platform point meets them: a target

@@ -343,7 +343,7 @@ impl RobotFile {
         let only = file.section("target", TARGET_KEYS)?;
         let only = only.map(|own| (ONLY_TARGET.to_owned(), own));
         for (name, own) in only.into_iter().chain(file.named("targets", TARGET_KEYS)?) {
-            if facts.targets.iter().any(|target| target.name == name) {
+            if facts.target(&name).is_some() {
                 let cause = format!("[target] is the target of this name, {name}");
                 return Err(own
                     .fault(cause)

@@ -8,18 +8,14 @@
 //! derivative of the position by each of them, and words. A fit estimates it beside the robot if it has a prior; the
 //! search for causes opens it.
 
-mod course;
 mod instrument;
-mod joints;
-mod load;
 mod numbers;
 mod places;
 mod surface;
 mod tilt;
 mod words;
 
-pub(crate) use course::moved;
-pub(crate) use instrument::motion;
+pub(crate) use instrument::{motion, moved};
 pub(crate) use numbers::turned;
 pub use places::{Places, PlaneFound, PointFound};
 pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
@@ -227,31 +223,34 @@ impl Effect {
                 turns.map(|own| by_joint * own).collect()
             }
             (None, kind) if kind.is_number() => numbers::columns(kind, &course.robot, &at.joints),
-            (None, EffectKind::Sag) => load::columns(place),
+            // It grows with the square of the distance, up to its size at the largest.
+            (None, EffectKind::Sag) => vec![Vector3::new(0.0, 0.0, -place.radius_squared)],
             (None, EffectKind::Bed) => {
                 let touched = at.position + course.target(place);
                 surface::columns(&touched, course.disc, place.touched)
             }
             (None, EffectKind::Oversize) => surface::apart(&at.position, place),
             (None, EffectKind::Tilt) => tilt::columns(at, course, place),
-            (None, EffectKind::Drift | EffectKind::Move) => {
-                course::columns(self, &at.position, course, row)
-            }
-            (None, _) => instrument::columns(self, &at.position, place, &course.centre),
+            (None, _) => instrument::columns(self, &at.position, course, row),
         }
     }
 
-    /// Error of the joint of its arm per unit of each unknown.
+    /// Error of the joint of its arm per unit of each unknown: what it reads is not its angle or travel.
     fn turns(&self, joints: &[f64; 3], course: &Course, row: usize) -> Vec<f64> {
         let arm = self.arm.map_or(0, ArmIndex::index);
-        joints::turns(
-            self,
-            joints[arm],
-            course.ranges[arm],
-            row,
-            &course.places[row],
-            arm,
-        )
+        let (q, (low, high)) = (joints[arm], course.ranges[arm]);
+        match self.kind {
+            EffectKind::GearRatio => vec![q],
+            EffectKind::Eccentricity => vec![q.cos(), q.sin()],
+            EffectKind::SecondHarmonic => vec![(2.0 * q).cos(), (2.0 * q).sin()],
+            EffectKind::UnevenTravel if high > low => {
+                let part = (2.0 * q - low - high) / (high - low);
+                vec![part * part]
+            }
+            EffectKind::Backlash => vec![course.places[row].directions[arm]],
+            EffectKind::Slip if row >= self.index => vec![1.0],
+            _ => vec![0.0],
+        }
     }
 
     /// Displacement of a row's position by this much of the effect, mm.
@@ -268,7 +267,7 @@ impl Effect {
             }
             EffectKind::Tilt => tilt::displacement(at, course, &course.places[row], by),
             EffectKind::Move if row >= self.index => {
-                course::moved(&at.position, &course.centre, by) - at.position
+                moved(&at.position, &course.centre, by) - at.position
             }
             _ => {
                 let columns = self.columns(at, course, row).into_iter().zip(by);

@@ -76,8 +76,8 @@ pub(crate) struct ExportArguments {
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     height: Option<f64>,
     /// The platform's radius [default: that of the robot file, or 25 mm]
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
-    platform_radius: Option<f64>,
+    #[arg(long, alias = "platform-radius", value_name = "LENGTH", value_parser = length)]
+    radius: Option<f64>,
     /// The unit of a LinuxCNC machine
     #[arg(long, value_parser = ["mm", "inch"], default_value = "mm")]
     unit: String,
@@ -120,7 +120,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let settings = Settings {
         height: arguments.height,
         home: home(arguments, drive)?,
-        platform_radius: arguments.platform_radius,
+        platform_radius: arguments.radius,
         inches,
         limit: arguments.limit,
         level: level(arguments, &robot)?,

@@ -104,7 +104,7 @@ fn examples_of_the_help_work() {
                 "config.g",
                 "init ",
                 " | ",
-                "--accuracy",
+                "--limit 0.05mm",
             ];
             if left_out.iter().any(|part| example.contains(part)) {
                 continue;

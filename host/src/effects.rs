@@ -23,7 +23,7 @@ pub(crate) use tilt::Platform;
 pub(crate) use words::misplaced;
 
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
-use crate::geometry::{Directions, NUMBERS, range};
+use crate::geometry::{Directions, NUMBERS, centroid, range};
 use crate::halt;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot};
@@ -416,7 +416,7 @@ impl Course {
         Self {
             places: rows.iter().enumerate().map(place).collect(),
             ranges: [0, 1, 2].map(|joint| range(rows.iter().map(|row| row.value.joints[joint]))),
-            centre: reached().sum::<Vector3<f64>>() / f64::max(reached().count() as f64, 1.0),
+            centre: centroid(reached().copied()),
             largest,
             robot: robot.clone(),
             counted: Vector3::zeros(),

@@ -332,6 +332,14 @@ pub fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
         .fold(none, |(low, high), value| (low.min(value), high.max(value)))
 }
 
+/// The mean of points; 0 of nothing.
+pub(crate) fn centroid(points: impl IntoIterator<Item = Vector3<f64>>) -> Vector3<f64> {
+    let none = (Vector3::zeros(), 0.0);
+    let points = points.into_iter();
+    let (sum, count) = points.fold(none, |(sum, count), own| (sum + own, count + 1.0));
+    sum / f64::max(count, 1.0)
+}
+
 /// Joint angles per joint, both ends included.
 const SWEEP: u32 = 33;
 /// The number of combinations.

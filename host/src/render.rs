@@ -57,8 +57,8 @@ impl Section {
     }
 
     /// Adds a table.
-    pub(crate) fn table(self, table: Table) -> Self {
-        self.part(Part::Table(table))
+    pub(crate) fn table(self, table: impl Into<Table>) -> Self {
+        self.part(Part::Table(table.into()))
     }
 
     /// Adds content for pages only.
@@ -220,8 +220,26 @@ impl<T> Rows<T> {
         self
     }
 
+    /// Columns of a vector, each with its heading.
+    pub(crate) fn vector<const N: usize, C: ToString>(
+        self,
+        headings: [&str; N],
+        cells: impl Fn(&T) -> [C; N],
+    ) -> Self {
+        let columns = headings.into_iter().enumerate();
+        columns.fold(self, |rows, (place, heading)| {
+            rows.column(heading, |item| cells(item)[place].to_string())
+        })
+    }
+
     /// The finished table.
     pub(crate) fn table(self) -> Table {
         self.table
+    }
+}
+
+impl<T> From<Rows<T>> for Table {
+    fn from(rows: Rows<T>) -> Self {
+        rows.table
     }
 }

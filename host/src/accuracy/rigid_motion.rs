@@ -1,5 +1,6 @@
 //! The rigid motion that best fits small position errors.
 
+use crate::geometry::centroid;
 use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
@@ -16,9 +17,8 @@ pub struct RigidMotions {
 
 impl RigidMotions {
     /// Of these points, mm. `None` if there are fewer than three or they are collinear.
-    pub fn of(points: impl ExactSizeIterator<Item = Vector3<f64>> + Clone) -> Option<Self> {
-        let number = points.clone().fold(0.0, |count, _| count + 1.0);
-        let centre = points.clone().sum::<Vector3<f64>>() / number;
+    pub fn of(points: impl Iterator<Item = Vector3<f64>> + Clone) -> Option<Self> {
+        let centre = centroid(points.clone());
         let normal = points
             .map(|point| {
                 let columns = columns(&(point - centre));
@@ -99,8 +99,7 @@ pub(crate) fn degenerate(
     if points.len() < 3 {
         return None;
     }
-    let number = points.clone().fold(0.0, |count, _| count + 1.0);
-    let mean = points.clone().sum::<Vector3<f64>>() / number;
+    let (number, mean) = (points.len() as f64, centroid(points.clone()));
     let scatter = points.fold(Matrix3::zeros(), |sum, point| {
         sum + (point - mean) * (point - mean).transpose()
     });

@@ -19,6 +19,7 @@ use crate::effects::{
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::geometry::centroid;
 use crate::halt;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
@@ -330,7 +331,7 @@ impl State {
         let moves = rows
             .map(|index| shift(&solution.places.frame, index) - shift(&self.found.frame, index));
         let moves: Vec<_> = moves.collect();
-        let mean = moves.iter().sum::<Vector3<f64>>() / f64::max(moves.len() as f64, 1.0);
+        let mean = centroid(moves.iter().copied());
         let spread = moves
             .iter()
             .map(|own| (own - mean).norm())

@@ -164,8 +164,7 @@ pub fn render_paper(comparisons: &[Comparison]) -> String {
         })
         .column("ms\nhere", |row| {
             or_dash(row.seconds, |seconds| format!("{:.2}", 1e3 * seconds))
-        })
-        .table();
+        });
     let note = "gain: (4.1), median; a refused robot has gain 0. LM, GN: least squares by \
                 Levenberg–Marquardt and Gauss–Newton, as in the paper. prior: with noise and tolerance known; planned poses: and with poses from plan.";
     terminal::text([Section::new("").table(table).note(note)])

@@ -165,9 +165,9 @@ fn axes(found: &Validation) -> Table {
     let rows = ["x", "y", "z", "distance"].into_iter().zip(&found.axes_mm);
     Table::of(rows)
         .column("deviation as measured, mm", |(axis, _)| *axis)
-        .column("mean", |(_, own)| significant(own[0], 2))
-        .column("rms", |(_, own)| significant(own[1], 2))
-        .column("worst", |(_, own)| significant(own[2], 2))
+        .vector(["mean", "rms", "worst"], |(_, own)| {
+            own.map(|own| significant(own, 2))
+        })
         .table()
 }
 

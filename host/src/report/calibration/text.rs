@@ -1,8 +1,6 @@
 //! Text shared by the terminal and the HTML page.
 
-use super::{
-    ArmReport, ParameterReport, Report, RodsReport, TargetReport, TiltReport, TransmissionReport,
-};
+use super::{ArmReport, ParameterReport, Report, TargetReport, TiltReport};
 use crate::accuracy::budget::Contribution;
 use crate::effects::EffectKind;
 use crate::finding::Level;
@@ -142,8 +140,7 @@ pub(super) fn errors(report: &Report) -> Section {
                 error.before.unreachable + error.after.unreachable > 0,
                 "out of reach",
                 |(_, own)| own.unreachable,
-            )
-            .table();
+            );
         section = section.table(table);
     }
     let table = Table::of(&report.residuals)
@@ -152,8 +149,7 @@ pub(super) fn errors(report: &Report) -> Section {
         .column("before, rms", |own| small(own.before_rms_mm))
         .column("after, rms", |own| small(own.after_rms_mm))
         .column("max", |own| small(own.after_max_mm))
-        .column("in line", |own| or_blank(own.max_at_line))
-        .table();
+        .column("in line", |own| or_blank(own.max_at_line));
     section.table(table)
 }
 
@@ -178,8 +174,7 @@ pub(super) fn noise(report: &Report) -> Section {
         .column("p", |own| match own.verdict {
             NoiseVerdict::Estimated => String::new(),
             _ => probability(own.probability),
-        })
-        .table();
+        });
     let section = Section::new("Noise").table(table);
     if report.sigma_widened_by > 1.0 {
         section.text(format!(
@@ -340,16 +335,14 @@ pub(super) fn budget(report: &Report) -> Option<Section> {
 
 /// Position errors before and after, side by side.
 pub(super) fn found_and_left(report: &Report) -> Option<Section> {
-    let mm = |values: [f64; 3], place: usize| significant(values[place], 2);
+    let mm = |value: f64| significant(value, 2);
     let table = Table::of(&report.found_and_left)
         .column("over", |own| own.over)
         .column("error along", |own| own.of)
-        .column("as found: mean", |own| mm(own.found_mm, 0))
-        .column("rms", |own| mm(own.found_mm, 1))
-        .column("worst", |own| mm(own.found_mm, 2))
-        .column("as left: mean", |own| mm(own.left_mm, 0))
-        .column("rms", |own| mm(own.left_mm, 1))
-        .column("worst", |own| mm(own.left_mm, 2))
+        .vector(["as found: mean", "rms", "worst"], |own| {
+            own.found_mm.map(mm)
+        })
+        .vector(["as left: mean", "rms", "worst"], |own| own.left_mm.map(mm))
         .table()
         .in_groups_of(4);
     let frame = if report.solution.is_absolute() {
@@ -383,8 +376,7 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
         .column("size", |cause| significant(cause.size, 3))
         .column("σ", |cause| significant(cause.sigma, 2))
         .column("unit", |cause| cause.unit)
-        .column("p", |cause| probability(cause.p))
-        .table();
+        .column("p", |cause| probability(cause.p));
     Some(section.table(table).text(format!(
         "They add {} mm rms to the calibrated positions over the workspace.",
         significant(report.causes.position_error, 2)
@@ -414,17 +406,14 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
             Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(place),
         );
     }
-    let mm = |own: [f64; 3], axis: usize| format!("{:+.3}", own[axis] + 0.0);
+    let mm = |own: f64| format!("{:+.3}", own + 0.0);
     if !report.datum.is_empty() {
         let table = Table::of(&report.datum)
             .column("datum point", |own| own.name.clone())
-            .column("off x, mm", |own| mm(own.off_mm, 0))
-            .column("y", |own| mm(own.off_mm, 1))
-            .column("z", |own| mm(own.off_mm, 2))
+            .vector(["off x, mm", "y", "z"], |own| own.off_mm.map(mm))
             .column("distance", |own| {
                 format!("{:.3}", Vector3::from(own.off_mm).norm())
-            })
-            .table();
+            });
         sections.push(Section::new("Datum points, measured less stated").table(table));
     }
     if !report.targets.is_empty() {
@@ -437,68 +426,59 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
             .column("target", |own| own.name.clone())
             .column("stated x, y, z, mm (σ)", |own| stated(own))
             .column("found less stated, mm", |own| {
-                own.moved_mm.map_or_else(
-                    || "not determined".to_owned(),
-                    |own| format!("{}, {}, {}", mm(own, 0), mm(own, 1), mm(own, 2)),
-                )
-            })
-            .table();
+                own.moved_mm
+                    .map_or_else(|| "not determined".to_owned(), |own| own.map(mm).join(", "))
+            });
         sections.push(Section::new("Targets").table(table));
     }
     if !report.planes.is_empty() {
         let table = Table::of(&report.planes)
             .column("plane", |own| own.name.clone())
             .column("z at the axis, mm", |own| format!("{:.4}", own.z_mm))
-            .column("tilt, °", |own| format!("{:.3}", own.tilt_deg))
-            .table();
+            .column("tilt, °", |own| format!("{:.3}", own.tilt_deg));
         sections.push(Section::new("Planes").table(table));
     }
     if !report.points.is_empty() {
         let table = Table::of(&report.points)
             .column("point", |own| own.name.clone())
-            .column("x, mm", |own| format!("{:.3}", own.place_mm[0]))
-            .column("y, mm", |own| format!("{:.3}", own.place_mm[1]))
-            .column("z, mm", |own| format!("{:.3}", own.place_mm[2]))
-            .column("offset, mm", |own| format!("{:.4}", own.offset_mm))
-            .table();
+            .vector(["x, mm", "y, mm", "z, mm"], |own| {
+                own.place_mm.map(|own| format!("{own:.3}"))
+            })
+            .column("offset, mm", |own| format!("{:.4}", own.offset_mm));
         sections.push(Section::new("Points").table(table));
     }
     if !report.transmissions.is_empty() {
-        let number = |index: usize| {
-            move |own: &&TransmissionReport| with_sigma(own.numbers[index], own.sigmas[index])
-        };
+        let names = ["gain", "cos, °", "sin, °", "cos 2q, °", "sin 2q, °"];
         let table = Table::of(&report.transmissions)
             .column("arm", |own| own.arm)
-            .column("gain", number(0))
-            .column("cos, °", number(1))
-            .column("sin, °", number(2))
-            .column("cos 2q, °", number(3))
-            .column("sin 2q, °", number(4))
+            .vector(names, |own| with_sigmas(own.numbers, own.sigmas))
             .column("once a turn, °", |own| {
                 significant(own.first_harmonic_deg, 2)
-            })
-            .table();
+            });
         sections.push(Section::new("Transmissions").table(table));
     }
     sections.extend(report.tilt.as_ref().map(tilt));
     sections
 }
 
-fn with_sigma(number: f64, sigma: f64) -> String {
-    format!("{} ± {}", significant(number, 3), significant(sigma, 1))
+fn with_sigmas<const N: usize>(numbers: [f64; N], sigmas: [f64; N]) -> [String; N] {
+    std::array::from_fn(|place| {
+        let (number, sigma) = (numbers[place], sigmas[place]);
+        format!("{} ± {}", significant(number, 3), significant(sigma, 1))
+    })
 }
 
 /// The rods, and the tilt that they give the platform.
 fn tilt(own: &TiltReport) -> Section {
-    let number =
-        |index: usize| move |own: &&RodsReport| with_sigma(own.numbers[index], own.sigmas[index]);
+    let names = [
+        "rod difference, mm",
+        "spacing difference, mm",
+        "axis yaw, °",
+        "axis roll, °",
+    ];
     let table = Table::of(&own.arms)
         .column("arm", |own| own.arm)
-        .column("rod difference, mm", number(0))
-        .column("spacing difference, mm", number(1))
-        .column("axis yaw, °", number(2))
-        .column("axis roll, °", number(3))
-        .table();
+        .vector(names, |own| with_sigmas(own.numbers, own.sigmas));
     let title = format!(
         "Rods: the platform tilts by {} mrad, median over the workspace",
         significant(own.median_mrad, 2)
@@ -533,13 +513,12 @@ pub(super) fn next(report: &Report) -> Option<Section> {
     };
     let names = report.before.convention.joint_names();
     let table = Table::of(&report.next_poses)
-        .column(names[0].clone(), |own| format!("{:.1}", own.joints[0]))
-        .column(names[1].clone(), |own| format!("{:.1}", own.joints[1]))
-        .column(names[2].clone(), |own| format!("{:.1}", own.joints[2]))
+        .vector(names.each_ref().map(String::as_str), |own| {
+            own.joints.map(|own| format!("{own:.1}"))
+        })
         .column(format!("{of}, mm"), |own| {
             significant(own.expected_error_mm, 2)
-        })
-        .table();
+        });
     let poses = format!(
         "x, y and z at these poses would lower the {of} from {} to {} mm.",
         significant(now, 2),

@@ -107,7 +107,6 @@ impl EffectKind {
         )
     }
 
-    /// Number of unknowns.
     pub(crate) const fn unknowns(self) -> usize {
         match self {
             Self::GearRatio
@@ -130,7 +129,6 @@ impl EffectKind {
         }
     }
 
-    /// Whether it is an error of a joint.
     pub(crate) const fn is_of_joint(self) -> bool {
         matches!(
             self,
@@ -284,7 +282,6 @@ pub(crate) struct Estimated {
     /// What is stated of its unknowns, and one σ of each; infinite if nothing is stated.
     pub(crate) mean: Vec<f64>,
     pub(crate) sigma: Vec<f64>,
-    /// The estimate.
     pub(crate) by: Vec<f64>,
     /// Index of the first of its unknowns.
     pub(crate) first: usize,
@@ -307,7 +304,6 @@ impl Estimated {
         Self::new(effect, vec![0.0; unknowns], vec![f64::INFINITY; unknowns])
     }
 
-    /// Its unknowns.
     pub(crate) fn places(&self) -> std::ops::Range<usize> {
         self.first..self.first + self.by.len()
     }
@@ -350,7 +346,6 @@ pub(crate) struct Place {
     pub(crate) between: Option<[Vector3<f64>; 2]>,
     /// The point about which they have it, mm.
     pub(crate) origin: Vector3<f64>,
-    /// Index of the target.
     pub(crate) target: usize,
 }
 

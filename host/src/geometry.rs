@@ -4,6 +4,7 @@
 mod parallelograms;
 mod region;
 
+use crate::text::joint;
 use delta_cal::kinematics::{JointLimits, KinematicsError, SingularityDistance};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Real, Robot};
@@ -317,10 +318,7 @@ pub(crate) const LIMIT_MARGIN: f64 = 1.0;
 
 /// Whether a joint is outside the limits by more than [`LIMIT_MARGIN`].
 pub(crate) fn outside_limits(joint: f64, limits: &JointLimits<f64>) -> bool {
-    let margin = match limits.drive() {
-        Drive::Rotary => LIMIT_MARGIN.to_radians(),
-        Drive::Linear => LIMIT_MARGIN,
-    };
+    let margin = joint::inwards(limits.drive(), LIMIT_MARGIN);
     joint < limits.minimum() - margin || joint > limits.maximum() + margin
 }
 

@@ -6,7 +6,6 @@ pub(crate) mod terminal;
 
 use maud::Markup;
 
-/// A part of a section.
 #[derive(Debug)]
 pub(crate) enum Part {
     /// A paragraph.
@@ -40,7 +39,6 @@ impl Section {
         }
     }
 
-    /// Adds a part.
     pub(crate) fn part(mut self, part: Part) -> Self {
         self.parts.push(part);
         self
@@ -51,12 +49,10 @@ impl Section {
         self.part(Part::Text(text.into()))
     }
 
-    /// Adds a note.
     pub(crate) fn note(self, note: impl Into<String>) -> Self {
         self.part(Part::Note(note.into()))
     }
 
-    /// Adds a table.
     pub(crate) fn table(self, table: impl Into<Table>) -> Self {
         self.part(Part::Table(table.into()))
     }
@@ -185,7 +181,6 @@ pub(crate) struct Rows<T> {
 }
 
 impl<T> Rows<T> {
-    /// Adds a column.
     pub(crate) fn column<C: ToString>(
         mut self,
         heading: impl Into<String>,
@@ -232,7 +227,6 @@ impl<T> Rows<T> {
         })
     }
 
-    /// The finished table.
     pub(crate) fn table(self) -> Table {
         self.table
     }

@@ -344,7 +344,6 @@ fn step(
     search(&case)?.step(&case, known)
 }
 
-/// The kind of the readings if they are all of one kind.
 fn only_kind(readings: &Readings) -> Option<Kind> {
     let mut kinds = Kind::ALL.into_iter().filter(|kind| readings.holds(*kind));
     kinds.next().filter(|_| kinds.next().is_none())

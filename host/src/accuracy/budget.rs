@@ -214,7 +214,6 @@ fn block(of: &DMatrix<f64>, places: &std::ops::Range<usize>) -> DMatrix<f64> {
     })
 }
 
-/// Of a source's σ.
 fn unit(robot: &RobotFile, source: &str) -> &'static str {
     match source {
         "joint readings" if robot.robot.drive() == Drive::Rotary => "deg",

@@ -137,7 +137,6 @@ fn refused(
     explained(case, objection, hint.flatten(), diagnosis)
 }
 
-/// Checks the files and options.
 fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), CalibrateError> {
     check_method(robot, readings, options)?;
     check_names(robot, readings)?;

@@ -9,6 +9,7 @@ use crate::export::positions::{Wanted, bed};
 use crate::export::{Case, Settings, names, target};
 use crate::files::kinematics;
 use crate::files::length::length;
+use crate::text::joint;
 use crate::{InputError, InputText, Options, RobotFile, read_samples};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -63,7 +64,7 @@ pub(crate) struct ExportArguments {
         long,
         value_name = "Q[,Q,Q]",
         value_delimiter = ',',
-        value_parser = joint,
+        value_parser = angle,
         allow_negative_numbers = true,
         allow_hyphen_values = true
     )]
@@ -158,7 +159,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     )
 }
 
-fn joint(text: &str) -> Result<f64, &'static str> {
+fn angle(text: &str) -> Result<f64, &'static str> {
     text.parse()
         .map_err(|_| "a number without its unit is needed: degrees, or mm of travel")
 }
@@ -172,10 +173,7 @@ fn home(arguments: &ExportArguments, drive: Drive) -> Result<Option<[f64; 3]>, F
         Some(_) => [f64::NAN; 3],
     };
     if home.iter().all(|joint| joint.is_finite()) {
-        return Ok(Some(match drive {
-            Drive::Rotary => home.map(f64::to_radians),
-            Drive::Linear => home,
-        }));
+        return Ok(Some(home.map(|own| joint::inwards(drive, own))));
     }
     let (what, example) = match drive {
         Drive::Rotary => ("joint angle in degrees", "-52.5,-52.1,-52.8"),

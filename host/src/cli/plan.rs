@@ -36,7 +36,6 @@ Examples:
   delta-cal plan robot.toml --samples samples.csv
   delta-cal plan printer.cfg --count 16";
 
-/// Most repetitions of a plan.
 const MOST_REPEATS: usize = 100;
 
 #[derive(Debug, Args)]
@@ -145,15 +144,15 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
     if let Some(path) = &arguments.samples {
         return samples(arguments, &request, path);
     }
+    let named = |rows| {
+        let repeats = arguments.repeats.unwrap_or(1);
+        labelled(rows, arguments.names.as_deref(), repeats)
+    };
     if let Some(path) = &arguments.validation {
         let measured = read_joints(&read(path, &arguments.columns)?, &robot)?;
         let used: Vec<_> = measured.iter().map(|row| row.value).collect();
         let found = others(&request, &used).map_err(|error| failure(&robot, error, json))?;
-        let rows = labelled(
-            found,
-            arguments.names.as_deref(),
-            arguments.repeats.unwrap_or(1),
-        );
+        let rows = named(found);
         let csv = report::csv(&rows, &robot.convention);
         let text = format!(
             "{} random poses to validate {} with, none of them in {}.\n{}",
@@ -182,11 +181,7 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
     };
     drop(waiting);
     let mut planned = planned.map_err(|error| failure(&robot, error, json))?;
-    planned.measurements = labelled(
-        planned.measurements,
-        arguments.names.as_deref(),
-        arguments.repeats.unwrap_or(1),
-    );
+    planned.measurements = named(planned.measurements);
     let csv = report::csv(&planned.measurements, &robot.convention);
     let mut text = report::text(&planned);
     if output.is_none() {

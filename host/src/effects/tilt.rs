@@ -15,7 +15,6 @@ pub(crate) struct Platform {
 }
 
 impl Platform {
-    /// Of a robot and the targets of its readings.
     pub(crate) fn of(robot: &RobotFile, targets: &[String]) -> Self {
         let place = |name: &str| {
             let own = robot.instruments.target(name);

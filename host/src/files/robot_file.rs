@@ -22,7 +22,6 @@ const STEPS: u32 = 50;
 /// The tool is there, mm.
 const THERE: f64 = 1e-9;
 
-/// The key of a parameter in an `[[arm]]` section.
 const fn arm_key(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::Dx => "dx_mm",
@@ -292,7 +291,6 @@ impl Tool {
     }
 }
 
-/// A robot and the tool that it carries.
 pub(crate) type Tooled<'a> = (&'a Robot<f64>, &'a Tool);
 
 /// The tolerance with every σ multiplied by `factor`.
@@ -359,9 +357,16 @@ pub struct Target {
 }
 
 impl InstrumentFacts {
-    /// The target of a name.
     pub(crate) fn target(&self, name: &str) -> Option<&Target> {
         self.targets.iter().find(|own| own.name == name)
+    }
+
+    pub(crate) fn plane(&self, name: &str) -> Option<&KnownPlane> {
+        self.planes.iter().find(|own| own.name == name)
+    }
+
+    pub(crate) fn point(&self, name: &str) -> Option<&NamedPoint> {
+        self.points.iter().find(|own| own.name == name)
     }
 
     /// Where the target of rows that name none is, mm; at the platform point if none is stated.

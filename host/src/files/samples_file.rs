@@ -637,7 +637,6 @@ impl Readings {
         Ok(reading)
     }
 
-    /// The target that a row names, or the only one.
     fn target(&mut self, row: &TableRow<'_>) -> usize {
         index_of(
             &mut self.targets,

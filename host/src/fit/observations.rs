@@ -83,14 +83,14 @@ pub fn places(robot: &RobotFile, file: &Readings) -> (Vec<Plane<f64>>, Vec<Point
     let facts = &robot.instruments;
     let target = facts.target_place();
     let planes = file.planes.iter().map(|name| {
-        let known = facts.planes.iter().find(|plane| plane.name == *name);
+        let known = facts.plane(name);
         Plane {
             known: known.map(|plane| (plane.height - target.z, plane.sigma)),
             level: known.and_then(|plane| plane.tilt).map(f64::tan),
         }
     });
     let points = file.points.iter().map(|name| {
-        let known = facts.points.iter().find(|point| point.name == *name);
+        let known = facts.point(name);
         Point {
             known: known.and_then(|point| {
                 let (place, sigma) = point.place?;

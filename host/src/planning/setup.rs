@@ -238,7 +238,7 @@ impl Setup {
             ..Places::default()
         };
         let planes = named.planes.iter().zip(planes).map(|(name, known)| {
-            let stated = facts.planes.iter().find(|own| own.name == *name);
+            let stated = facts.plane(name);
             let blocks = stated.map(|own| &own.blocks).filter(|own| !own.is_empty());
             PlaneAt {
                 name: name.clone(),
@@ -247,7 +247,7 @@ impl Setup {
             }
         });
         let points = named.points.iter().zip(points).map(|(name, known)| {
-            let stated = facts.points.iter().find(|own| own.name == *name);
+            let stated = facts.point(name);
             PointAt {
                 name: name.clone(),
                 lengths: stated.and_then(|own| own.lengths).unwrap_or(LENGTHS),
@@ -375,8 +375,8 @@ impl Setup {
     pub(super) fn as_used(&mut self, rows: &[Reading]) {
         let facts = &self.robot.instruments;
         for (index, plane) in self.planes.iter_mut().enumerate() {
-            let mut stated = facts.planes.iter().filter(|own| own.name == plane.name);
-            if stated.any(|own| !own.blocks.is_empty()) {
+            let stated = facts.plane(&plane.name);
+            if stated.is_some_and(|own| !own.blocks.is_empty()) {
                 continue;
             }
             let heights = rows.iter().filter_map(|row| row.height);
@@ -406,8 +406,8 @@ impl Setup {
             self.lengths = lengths(&|from| matches!(from, ReadingFrom::Pose(_)));
         }
         for (index, point) in self.points.iter_mut().enumerate() {
-            let mut stated = facts.points.iter().filter(|own| own.name == point.name);
-            if stated.all(|own| own.lengths.is_none()) {
+            let stated = facts.point(&point.name);
+            if stated.is_none_or(|own| own.lengths.is_none()) {
                 point.lengths = lengths(&|from| *from == ReadingFrom::Point(index));
             }
         }

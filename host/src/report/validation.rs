@@ -85,7 +85,6 @@ fn headline(found: &Validation) -> String {
     )
 }
 
-/// The verdict in one sentence.
 fn verdict(found: &Validation) -> String {
     format!("{}: {}", title(found.verdict), reason(found))
 }
@@ -99,7 +98,6 @@ const fn title(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The reason for the verdict.
 fn reason(found: &Validation) -> String {
     if let Some(Step { text, line, .. }) = &found.step {
         let rows = count(found.row_count, "row");
@@ -147,7 +145,6 @@ fn reason(found: &Validation) -> String {
     format!("rms {of} {side} the limit of {limit} mm{guarded} (confidence {sure}).")
 }
 
-/// The decision rule.
 fn rule(found: &Validation) -> String {
     match found.guard_band_mm {
         None => "Decision rule: simple acceptance. Pass if the 95 % interval of the rms error ends below the limit.".to_owned(),
@@ -193,7 +190,6 @@ const fn error_of(found: &Validation) -> &'static str {
     }
 }
 
-/// The figures with their intervals.
 fn figures(found: &Validation) -> Table {
     let cells = |figure: &Bounded, limit: String| {
         let estimate = format!("{:.*}", decimals(figure), figure.value);
@@ -328,7 +324,6 @@ struct Contents<'a> {
     #[serde(flatten)]
     found: &'a Validation,
     passed: bool,
-    /// The verdict in one sentence.
     text: String,
     /// With more than 10,000 rows, the number in `rows`.
     sampled: Option<Sampled>,

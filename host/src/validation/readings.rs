@@ -21,7 +21,6 @@ const TILT: f64 = 0.1;
 /// Step of a joint for derivatives, radians or mm.
 const STEP: f64 = 1e-6;
 
-/// The deviations of all readings.
 pub(super) struct Deviations {
     pub(super) rows: Vec<Deviation>,
     /// Transform from the robot's frame to the sensor's, if fitted.

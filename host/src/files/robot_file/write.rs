@@ -221,7 +221,6 @@ fn word<T: PartialEq + Copy>(words: &[(&'static str, T)], own: T) -> &'static st
         .map_or("", |(word, _)| word)
 }
 
-/// A file as written so far.
 #[derive(Default)]
 struct File {
     text: String,

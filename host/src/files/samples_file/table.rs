@@ -41,7 +41,6 @@ const LEAST_COLUMNS: usize = 3;
 /// Lines above the header that are searched.
 const MOST_ABOVE: usize = 100;
 
-/// A column to read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Column {
     /// Index of the column, from 0.
@@ -66,7 +65,6 @@ pub(super) struct Table<'a> {
     others: bool,
 }
 
-/// One row of a table.
 pub(super) struct TableRow<'a> {
     table: &'a Table<'a>,
     numbers: &'a RefCell<Numbers>,
@@ -284,7 +282,6 @@ impl<'a> Table<'a> {
         columns.find(|own| own.quantity == quantity).copied()
     }
 
-    /// Whether one of these quantities has a column.
     pub(super) fn has_any(&self, quantities: &[Quantity]) -> bool {
         let mut quantities = quantities.iter();
         quantities.any(|quantity| self.column(*quantity).is_some())
@@ -373,7 +370,6 @@ impl<'a> Table<'a> {
         ))
     }
 
-    /// A fault in the header.
     fn fault(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.input.name(), cause)
             .at_line(self.line)
@@ -768,7 +764,6 @@ impl TableRow<'_> {
             .at_column(self.table.name_of(quantity))
     }
 
-    /// A fault of the whole row.
     pub(super) fn fault_of_row(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.table.input.name(), cause).at_line(self.line)
     }

@@ -50,7 +50,6 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
     page::render(&title, &body)
 }
 
-/// The decision rule of a limit.
 const RULE: &str = "Decision rule: simple acceptance. Pass if the expanded uncertainty of the calibrated positions is at \
     most the limit.";
 

@@ -391,7 +391,6 @@ pub(super) fn no_causes(report: &Report) -> Section {
         .text(format!("None found. Tested: {}.", list(&kinds)))
 }
 
-/// Places of the instruments.
 pub(super) fn places(report: &Report) -> Vec<Section> {
     let mut sections = Vec::new();
     if let Some(frame) = &report.sensor_frame {
@@ -486,7 +485,6 @@ fn tilt(own: &TiltReport) -> Section {
     Section::new(title).table(table)
 }
 
-/// What to measure next.
 pub(super) fn next(report: &Report) -> Option<Section> {
     let title = Section::new("What to measure next");
     let frame = match report.frame {

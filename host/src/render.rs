@@ -23,6 +23,17 @@ pub(crate) enum Part {
     Page(Markup),
 }
 
+impl Part {
+    /// A verdict in a sentence.
+    pub(crate) fn verdict(passed: bool, text: String) -> Self {
+        if passed {
+            Self::Good(text)
+        } else {
+            Self::Doubts(text, Vec::new())
+        }
+    }
+}
+
 /// The part of a report under one heading.
 #[derive(Debug, Default)]
 pub(crate) struct Section {
@@ -47,6 +58,11 @@ impl Section {
     /// Adds a paragraph.
     pub(crate) fn text(self, text: impl Into<String>) -> Self {
         self.part(Part::Text(text.into()))
+    }
+
+    /// Adds paragraphs, of which there may be none.
+    pub(crate) fn texts<T: Into<String>>(self, texts: impl IntoIterator<Item = T>) -> Self {
+        texts.into_iter().fold(self, Self::text)
     }
 
     pub(crate) fn note(self, note: impl Into<String>) -> Self {

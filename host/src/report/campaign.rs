@@ -79,7 +79,7 @@ pub fn render(summaries: &[CaseSummary]) -> String {
          worse: accepted robots whose error grew. bound, stated: √(Σ error² / Σ σ²) of the accepted robots' \
          parameters with σ of the Cramér–Rao bound, and of their positions with the stated σ."
     ));
-    parts.push(refusals(summaries).into_iter().fold(notes, Section::text));
+    parts.push(notes.texts(refusals(summaries)));
     terminal::text(parts)
 }
 

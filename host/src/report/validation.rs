@@ -22,10 +22,7 @@ const MANY_ON_A_PAGE: usize = 2_500;
 /// The validation for the terminal.
 pub fn text(found: &Validation) -> String {
     let figures = Section::new("").table(figures(found)).text(measured(found));
-    let verdict = match found.verdict {
-        Verdict::Pass => Part::Good(verdict(found)),
-        _ => Part::Doubts(verdict(found), Vec::new()),
-    };
+    let verdict = Part::verdict(found.verdict == Verdict::Pass, verdict(found));
     let mut sections = vec![Section::new("").text(headline(found)), figures];
     sections.extend(found.repeatability.as_ref().map(repeatability));
     sections.extend(warnings(found).map(|part| Section::new("").part(part)));

@@ -65,14 +65,11 @@ fn heading(report: &Report) -> Section {
         "{} calibrated from {}",
         report.robot_file, report.samples_file
     );
-    let mut section = Section::new(title).text(how(report));
-    if let Some(convention) = &report.convention {
-        section = section.text(format!("Convention: {convention}."));
-    }
-    match report.origin {
-        Some(origin) => section.text(origin),
-        None => section,
-    }
+    let convention = report.convention.as_ref();
+    Section::new(title)
+        .text(how(report))
+        .texts(convention.map(|own| format!("Convention: {own}.")))
+        .texts(report.origin)
 }
 
 pub(super) fn parameters(report: &Report) -> Section {
@@ -83,36 +80,28 @@ pub(super) fn parameters(report: &Report) -> Section {
     });
     let rows: Vec<_> = rows.collect();
     let each = rows.len() / report.arms.len().max(1);
+    let stated = report.before.tolerance.is_some();
     // Scales have no unit and need more decimals.
     let decimals = |own: &ParameterReport| if own.unit.is_empty() { 6 } else { 4 };
     let table = Table::of(rows)
         .column("arm", |(arm, _): &Row<'_>| arm.arm)
         .column("parameter", |(_, own)| own.symbol)
-        .column("before", |(_, own)| {
-            format!("{:.*}", decimals(own), own.before)
+        .vector(["before", "after", "change", "σ"], |(_, own)| {
+            let decimals = decimals(own);
+            let [before, after, sigma] =
+                [own.before, own.after, own.sigma].map(|own| format!("{own:.decimals$}"));
+            [before, after, format!("{:+.decimals$}", own.change), sigma]
         })
-        .column("after", |(_, own)| {
-            format!("{:.*}", decimals(own), own.after)
-        })
-        .column("change", |(_, own)| {
-            format!("{:+.*}", decimals(own), own.change)
-        })
-        .column("σ", |(_, own)| format!("{:.*}", decimals(own), own.sigma))
         .column("unit", |(_, own)| own.unit)
-        .column_if(
-            report.before.tolerance.is_some(),
-            "by tolerance",
-            |(_, own)| format!("{:.0} %", 100.0 * own.prior_share),
-        )
+        .column_if(stated, "by tolerance", |(_, own)| {
+            format!("{:.0} %", 100.0 * own.prior_share)
+        })
         .table()
         .in_groups_of(each);
-    let conditions: Vec<_> = report
-        .arms
-        .iter()
-        .map(|arm| format!("{:.0}", arm.condition))
-        .collect();
+    let conditions = report.arms.iter();
+    let conditions = conditions.map(|arm| format!("{:.0}", arm.condition));
     let mut section = Section::new("Parameters").table(table);
-    if report.before.tolerance.is_some() {
+    if stated {
         section = section.note(
             "By tolerance: the share of a parameter that comes from the [tolerance], not the samples.",
         );
@@ -123,7 +112,7 @@ pub(super) fn parameters(report: &Report) -> Section {
     }
     section.note(format!(
         "Condition of each arm: {} (below 100 is good).",
-        list(&conditions)
+        list(&conditions.collect::<Vec<_>>())
     ))
 }
 
@@ -162,11 +151,7 @@ pub(super) fn noise(report: &Report) -> Section {
         })
         .column("residuals show, mm", |own| significant(own.sigma_mm, 2))
         .column("95 % limits", |own| {
-            format!(
-                "{}–{}",
-                significant(own.limits_mm[0], 2),
-                significant(own.limits_mm[1], 2)
-            )
+            own.limits_mm.map(|own| significant(own, 2)).join("–")
         })
         .column("deg. of freedom", |own| {
             format!("{:.1}", own.degrees_of_freedom)
@@ -175,15 +160,10 @@ pub(super) fn noise(report: &Report) -> Section {
             NoiseVerdict::Estimated => String::new(),
             _ => probability(own.probability),
         });
-    let section = Section::new("Noise").table(table);
-    if report.sigma_widened_by > 1.0 {
-        section.text(format!(
-            "The readings' part of every σ is multiplied by {:.2}.",
-            report.sigma_widened_by
-        ))
-    } else {
-        section
-    }
+    let by = report.sigma_widened_by;
+    let widened =
+        (by > 1.0).then(|| format!("The readings' part of every σ is multiplied by {by:.2}."));
+    Section::new("Noise").table(table).texts(widened)
 }
 
 pub(super) fn expected(report: &Report) -> Section {
@@ -210,8 +190,7 @@ pub(super) fn expected(report: &Report) -> Section {
                 own.relative_worst_at_mm,
             ),
         );
-    let mut section = section.table(table);
-    section = section.text(match &report.before.within {
+    let over = match &report.before.within {
         Some(_) => "Over the region of [workspace].".to_owned(),
         None => format!(
             "Over all that the robot reaches; relative, the outermost tenth has {} mm, the rest {} mm. State where it works \
@@ -219,37 +198,34 @@ pub(super) fn expected(report: &Report) -> Section {
             significant(own.relative_outermost_mm, 2),
             significant(own.relative_others_mm, 2)
         ),
+    };
+    let expanded = report.expanded_uncertainty.as_ref().map(|own| {
+        let freedom = own.degrees_of_freedom.map(freedom);
+        let freedom = freedom.map_or_else(String::new, |own| format!(", {own}"));
+        format!(
+            "Expanded uncertainty ({}): 95 % of positions within {} mm, {} mm at the worst place (k = {:.2}{freedom}).",
+            own.of,
+            significant(own.workspace_mm, 2),
+            significant(own.worst_mm, 2),
+            own.coverage_factor
+        )
     });
-    if let Some(expanded) = &report.expanded_uncertainty {
-        let factor = match expanded.degrees_of_freedom {
-            None => format!("k = {:.2}", expanded.coverage_factor),
-            Some(number) => format!("k = {:.2}, {}", expanded.coverage_factor, freedom(number)),
-        };
-        section = section.text(format!(
-            "Expanded uncertainty ({}): 95 % of positions within {} mm, {} mm at the worst place ({factor}).",
-            expanded.of,
-            significant(expanded.workspace_mm, 2),
-            significant(expanded.worst_mm, 2)
-        ));
-    }
-    if let Some(own) = &report.workspace
-        && let Some(chance) = own.chance_of_harm
-    {
-        section = section.text(format!(
-            "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {}{}.",
-            significant(own.change, 2),
-            probability(chance),
-            match (own.absolute_chance_of_harm, own.relative_chance_of_harm) {
-                (Some(absolute), Some(relative)) => format!(
-                    " (absolute {}, relative {})",
-                    probability(absolute),
-                    probability(relative)
-                ),
-                _ => String::new(),
+    let harm = report.workspace.as_ref().and_then(|own| {
+        let chance = probability(own.chance_of_harm?);
+        let both = [own.absolute_chance_of_harm, own.relative_chance_of_harm];
+        let both = match both.map(|own| own.map(probability)) {
+            [Some(absolute), Some(relative)] => {
+                format!(" (absolute {absolute}, relative {relative})")
             }
-        ));
-    }
-    section
+            _ => String::new(),
+        };
+        Some(format!(
+            "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {chance}{both}.",
+            significant(own.change, 2)
+        ))
+    });
+    let section = section.table(table).text(over);
+    section.texts(expanded).texts(harm)
 }
 
 /// What each source contributes to the expected error.
@@ -273,36 +249,27 @@ pub(super) fn budget(report: &Report) -> Option<Section> {
         .column("type", |own| own.kind)
         .column("σ", |own| {
             let unit = own.unit.replace("deg", "°");
-            own.sigma
-                .map_or_else(String::new, |sigma| format!("{} {unit}", two(sigma)))
+            or_blank(own.sigma.map(|sigma| format!("{} {unit}", two(sigma))))
         })
         .column("mm per unit", |own| {
-            own.sigma
-                .map_or_else(String::new, |sigma| two(part(own) / sigma))
+            or_blank(own.sigma.map(|sigma| two(part(own) / sigma)))
         })
         .column("absolute, mm", |own| two(own.absolute_mm))
         .column("of variance", |own| percent(own.absolute_share))
         .column("relative, mm", |own| two(own.relative_mm))
         .column("of its variance", |own| percent(own.relative_share))
         .column_if(stated, "if it were exact", |own| {
-            own.without_absolute_mm.map_or_else(String::new, two)
+            or_blank(own.without_absolute_mm.map(two))
         })
         .column_if(stated, "if it were exact, relative", |own| {
-            own.without_relative_mm.map_or_else(String::new, two)
+            or_blank(own.without_relative_mm.map(two))
         })
         .table();
     let own = report.expected_error?;
+    let (absolute_mm, relative_mm) = (two(own.absolute_rms_mm), two(own.relative_rms_mm));
     let mut table = table.row(
         "combined",
-        [
-            String::new(),
-            String::new(),
-            String::new(),
-            two(own.absolute_rms_mm),
-            "100 %".to_owned(),
-            two(own.relative_rms_mm),
-            "100 %".to_owned(),
-        ],
+        ["", "", "", &absolute_mm, "100 %", &relative_mm, "100 %"],
     );
     if let Some(expanded) = &report.expanded_uncertainty {
         let mut cells = vec![String::new(); if absolute { 3 } else { 5 }];
@@ -524,7 +491,7 @@ pub(super) fn next(report: &Report) -> Option<Section> {
     );
     let more = (!report.solution.is_absolute()).then_some(plan);
     let others = limiting.into_iter().chain(more);
-    Some(others.fold(title.table(table).text(poses), Section::text))
+    Some(title.table(table).text(poses).texts(others))
 }
 
 /// What to measure in place of poses where a datum or a target makes most of the expected error.
@@ -579,12 +546,7 @@ pub(super) fn findings(report: &Report) -> Section {
 /// Whether the limit is met, if there is one.
 pub(super) fn limit(report: &Report) -> Option<Section> {
     let (passed, figures) = verdict(report)?;
-    let part = if passed {
-        Part::Good(figures)
-    } else {
-        Part::Doubts(figures, Vec::new())
-    };
-    Some(Section::new("").part(part))
+    Some(Section::new("").part(Part::verdict(passed, figures)))
 }
 
 /// Whether the limit is met, and the sentence that says so.

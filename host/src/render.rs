@@ -162,6 +162,11 @@ impl Table {
         self
     }
 
+    /// A section with the table, unless it has no rows.
+    pub(crate) fn under(self, title: &str) -> Option<Section> {
+        (self.rows() > 0).then(|| Section::new(title).table(self))
+    }
+
     pub(super) fn rows(&self) -> usize {
         self.columns.first().map_or(0, |column| column.cells.len())
     }
@@ -245,6 +250,11 @@ impl<T> Rows<T> {
 
     pub(crate) fn table(self) -> Table {
         self.table
+    }
+
+    /// A section with the table, unless it has no rows.
+    pub(crate) fn under(self, title: &str) -> Option<Section> {
+        self.table.under(title)
     }
 }
 

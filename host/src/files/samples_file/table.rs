@@ -300,12 +300,11 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The names of columns that are not read.
-    pub(super) fn unread(&self) -> impl Iterator<Item = &String> {
+    /// The places and names of columns that are not read.
+    pub(super) fn unread(&self) -> impl Iterator<Item = (usize, &String)> {
         let read = |place| self.columns.iter().any(|own| own.place == place);
         let names = self.names.iter().enumerate();
-        let unread = names.filter(move |(place, _)| !read(*place));
-        unread.map(|(_, name)| name).filter(|name| is_named(name))
+        names.filter(move |(place, name)| !read(*place) && is_named(name))
     }
 
     /// The common unit of these quantities.
@@ -420,10 +419,9 @@ impl<'a> Table<'a> {
 
     /// The columns that are not read: name and cells, row by row.
     pub(super) fn unread_cells(&self) -> Result<Vec<(String, Vec<String>)>, InputError> {
-        let mut columns: Vec<_> = self.unread().map(|own| (own.clone(), Vec::new())).collect();
-        let read: HashSet<_> = self.columns.iter().map(|own| own.place).collect();
-        let unread = |place: &usize| !read.contains(place) && is_named(&self.names[*place]);
-        let places: Vec<_> = (0..self.names.len()).filter(unread).collect();
+        let (places, names): (Vec<_>, Vec<_>) = self.unread().unzip();
+        let columns = names.into_iter().map(|own| (own.clone(), Vec::new()));
+        let mut columns: Vec<_> = columns.collect();
         self.each(|_, record| {
             for ((_, cells), place) in columns.iter_mut().zip(&places) {
                 cells.push(record.get(*place).unwrap_or_default().into_owned());

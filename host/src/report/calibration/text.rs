@@ -309,23 +309,18 @@ pub(super) fn found_and_left(report: &Report) -> Option<Section> {
         .vector(["as found: mean", "rms", "worst"], |own| {
             own.found_mm.map(mm)
         })
-        .vector(["as left: mean", "rms", "worst"], |own| own.left_mm.map(mm))
-        .table()
-        .in_groups_of(4);
+        .vector(["as left: mean", "rms", "worst"], |own| own.left_mm.map(mm));
     let frame = if report.solution.is_absolute() {
         "in the frame of the base"
     } else {
         "after the best rigid motion"
     };
-    let note = format!(
+    let section = table.table().in_groups_of(4);
+    let section = section.under("Position errors as found and as left, mm")?;
+    Some(section.note(format!(
         "Position less the one that the controller computes. Over the workspace {frame}: as found, from the calibrated robot; as \
          left, its standard uncertainty."
-    );
-    (!report.found_and_left.is_empty()).then(|| {
-        Section::new("Position errors as found and as left, mm")
-            .table(table)
-            .note(note)
-    })
+    )))
 }
 
 /// The causes found, or the reason why none was looked for.
@@ -358,73 +353,62 @@ pub(super) fn no_causes(report: &Report) -> Section {
         .text(format!("None found. Tested: {}.", list(&kinds)))
 }
 
-pub(super) fn places(report: &Report) -> Vec<Section> {
-    let mut sections = Vec::new();
-    if let Some(frame) = &report.sensor_frame {
+/// Where the sensor, the datum, targets, planes and points are, and what the transmissions and rods do.
+pub(super) fn places(report: &Report) -> impl Iterator<Item = Section> {
+    let frame = report.sensor_frame.as_ref().map(|frame| {
         let [x, y, z] = frame.translation_mm;
         let row = |[a, b, c]: [f64; 3]| format!("[{a:.9}, {b:.9}, {c:.9}]");
-        let rows: Vec<_> = frame.rotation.into_iter().map(row).collect();
-        let place = format!(
-            "translation [{x:.4}, {y:.4}, {z:.4}] mm, rotation [{}]",
-            rows.join(", ")
-        );
-        sections.push(
-            Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(place),
-        );
-    }
+        let rows = frame.rotation.map(row).join(", ");
+        Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(format!(
+            "translation [{x:.4}, {y:.4}, {z:.4}] mm, rotation [{rows}]"
+        ))
+    });
     let mm = |own: f64| format!("{:+.3}", own + 0.0);
-    if !report.datum.is_empty() {
-        let table = Table::of(&report.datum)
-            .column("datum point", |own| own.name.clone())
-            .vector(["off x, mm", "y", "z"], |own| own.off_mm.map(mm))
-            .column("distance", |own| {
-                format!("{:.3}", Vector3::from(own.off_mm).norm())
-            });
-        sections.push(Section::new("Datum points, measured less stated").table(table));
-    }
-    if !report.targets.is_empty() {
-        let stated = |own: &TargetReport| {
-            let [x, y, z] = own.stated_mm;
-            let [a, b, c] = own.sigma_mm;
-            format!("{x}, {y}, {z} ± {a}, {b}, {c}")
-        };
-        let table = Table::of(&report.targets)
-            .column("target", |own| own.name.clone())
-            .column("stated x, y, z, mm (σ)", |own| stated(own))
-            .column("found less stated, mm", |own| {
-                own.moved_mm
-                    .map_or_else(|| "not determined".to_owned(), |own| own.map(mm).join(", "))
-            });
-        sections.push(Section::new("Targets").table(table));
-    }
-    if !report.planes.is_empty() {
-        let table = Table::of(&report.planes)
-            .column("plane", |own| own.name.clone())
-            .column("z at the axis, mm", |own| format!("{:.4}", own.z_mm))
-            .column("tilt, °", |own| format!("{:.3}", own.tilt_deg));
-        sections.push(Section::new("Planes").table(table));
-    }
-    if !report.points.is_empty() {
-        let table = Table::of(&report.points)
-            .column("point", |own| own.name.clone())
-            .vector(["x, mm", "y, mm", "z, mm"], |own| {
-                own.place_mm.map(|own| format!("{own:.3}"))
-            })
-            .column("offset, mm", |own| format!("{:.4}", own.offset_mm));
-        sections.push(Section::new("Points").table(table));
-    }
-    if !report.transmissions.is_empty() {
-        let names = ["gain", "cos, °", "sin, °", "cos 2q, °", "sin 2q, °"];
-        let table = Table::of(&report.transmissions)
-            .column("arm", |own| own.arm)
-            .vector(names, |own| with_sigmas(own.numbers, own.sigmas))
-            .column("once a turn, °", |own| {
-                significant(own.first_harmonic_deg, 2)
-            });
-        sections.push(Section::new("Transmissions").table(table));
-    }
-    sections.extend(report.tilt.as_ref().map(tilt));
-    sections
+    let datum = Table::of(&report.datum)
+        .column("datum point", |own| own.name.clone())
+        .vector(["off x, mm", "y", "z"], |own| own.off_mm.map(mm))
+        .column("distance", |own| {
+            format!("{:.3}", Vector3::from(own.off_mm).norm())
+        });
+    let stated = |own: &TargetReport| {
+        let [x, y, z] = own.stated_mm;
+        let [a, b, c] = own.sigma_mm;
+        format!("{x}, {y}, {z} ± {a}, {b}, {c}")
+    };
+    let targets = Table::of(&report.targets)
+        .column("target", |own| own.name.clone())
+        .column("stated x, y, z, mm (σ)", |own| stated(own))
+        .column("found less stated, mm", |own| {
+            own.moved_mm
+                .map_or_else(|| "not determined".to_owned(), |own| own.map(mm).join(", "))
+        });
+    let planes = Table::of(&report.planes)
+        .column("plane", |own| own.name.clone())
+        .column("z at the axis, mm", |own| format!("{:.4}", own.z_mm))
+        .column("tilt, °", |own| format!("{:.3}", own.tilt_deg));
+    let points = Table::of(&report.points)
+        .column("point", |own| own.name.clone())
+        .vector(["x, mm", "y, mm", "z, mm"], |own| {
+            own.place_mm.map(|own| format!("{own:.3}"))
+        })
+        .column("offset, mm", |own| format!("{:.4}", own.offset_mm));
+    let names = ["gain", "cos, °", "sin, °", "cos 2q, °", "sin 2q, °"];
+    let transmissions = Table::of(&report.transmissions)
+        .column("arm", |own| own.arm)
+        .vector(names, |own| with_sigmas(own.numbers, own.sigmas))
+        .column("once a turn, °", |own| {
+            significant(own.first_harmonic_deg, 2)
+        });
+    let sections = [
+        frame,
+        datum.under("Datum points, measured less stated"),
+        targets.under("Targets"),
+        planes.under("Planes"),
+        points.under("Points"),
+        transmissions.under("Transmissions"),
+        report.tilt.as_ref().map(tilt),
+    ];
+    sections.into_iter().flatten()
 }
 
 fn with_sigmas<const N: usize>(numbers: [f64; N], sigmas: [f64; N]) -> [String; N] {

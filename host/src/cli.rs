@@ -79,11 +79,11 @@ fn run_command(command: Command, arguments: &ArgMatches) -> Result<(), Failure> 
     paths::check_arguments(arguments)?;
     match command {
         Command::Init(own) => init::run(&own),
-        Command::Calibrate(own) => calibrate::run(&own),
+        Command::Calibrate(own) => calibrate::run(&own, arguments),
         Command::Validate(own) => validate::run(&own),
         Command::Forward(own) => kinematics::forward(&own),
         Command::Inverse(own) => kinematics::inverse(&own),
-        Command::Plan(own) => plan::run(&own),
+        Command::Plan(own) => plan::run(&own, arguments),
         Command::Simulate(own) => simulate::run(&own),
         Command::Workspace(own) => workspace::run(&own),
         Command::Export(own) => export::run(&own),

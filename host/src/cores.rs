@@ -37,7 +37,6 @@ where
     return items.into_iter().map(of).collect();
 }
 
-/// Both.
 pub(crate) fn join<A: Send, B: Send>(
     one: impl FnOnce() -> A + Send,
     other: impl FnOnce() -> B + Send,

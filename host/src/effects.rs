@@ -8,18 +8,14 @@
 //! derivative of the position by each of them, and words. A fit estimates it beside the robot if it has a prior; the
 //! search for causes opens it.
 
-mod course;
 mod instrument;
-mod joints;
-mod load;
 mod numbers;
 mod places;
 mod surface;
 mod tilt;
 mod words;
 
-pub(crate) use course::moved;
-pub(crate) use instrument::motion;
+pub(crate) use instrument::{motion, moved};
 pub(crate) use numbers::turned;
 pub use places::{Places, PlaneFound, PointFound};
 pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
@@ -27,7 +23,7 @@ pub(crate) use tilt::Platform;
 pub(crate) use words::misplaced;
 
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
-use crate::geometry::{Directions, NUMBERS, range};
+use crate::geometry::{Directions, NUMBERS, centroid, range};
 use crate::halt;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot};
@@ -111,7 +107,6 @@ impl EffectKind {
         )
     }
 
-    /// Number of unknowns.
     pub(crate) const fn unknowns(self) -> usize {
         match self {
             Self::GearRatio
@@ -134,7 +129,6 @@ impl EffectKind {
         }
     }
 
-    /// Whether it is an error of a joint.
     pub(crate) const fn is_of_joint(self) -> bool {
         matches!(
             self,
@@ -227,31 +221,34 @@ impl Effect {
                 turns.map(|own| by_joint * own).collect()
             }
             (None, kind) if kind.is_number() => numbers::columns(kind, &course.robot, &at.joints),
-            (None, EffectKind::Sag) => load::columns(place),
+            // It grows with the square of the distance, up to its size at the largest.
+            (None, EffectKind::Sag) => vec![Vector3::new(0.0, 0.0, -place.radius_squared)],
             (None, EffectKind::Bed) => {
                 let touched = at.position + course.target(place);
                 surface::columns(&touched, course.disc, place.touched)
             }
             (None, EffectKind::Oversize) => surface::apart(&at.position, place),
             (None, EffectKind::Tilt) => tilt::columns(at, course, place),
-            (None, EffectKind::Drift | EffectKind::Move) => {
-                course::columns(self, &at.position, course, row)
-            }
-            (None, _) => instrument::columns(self, &at.position, place, &course.centre),
+            (None, _) => instrument::columns(self, &at.position, course, row),
         }
     }
 
-    /// Error of the joint of its arm per unit of each unknown.
+    /// Error of the joint of its arm per unit of each unknown: what it reads is not its angle or travel.
     fn turns(&self, joints: &[f64; 3], course: &Course, row: usize) -> Vec<f64> {
         let arm = self.arm.map_or(0, ArmIndex::index);
-        joints::turns(
-            self,
-            joints[arm],
-            course.ranges[arm],
-            row,
-            &course.places[row],
-            arm,
-        )
+        let (q, (low, high)) = (joints[arm], course.ranges[arm]);
+        match self.kind {
+            EffectKind::GearRatio => vec![q],
+            EffectKind::Eccentricity => vec![q.cos(), q.sin()],
+            EffectKind::SecondHarmonic => vec![(2.0 * q).cos(), (2.0 * q).sin()],
+            EffectKind::UnevenTravel if high > low => {
+                let part = (2.0 * q - low - high) / (high - low);
+                vec![part * part]
+            }
+            EffectKind::Backlash => vec![course.places[row].directions[arm]],
+            EffectKind::Slip if row >= self.index => vec![1.0],
+            _ => vec![0.0],
+        }
     }
 
     /// Displacement of a row's position by this much of the effect, mm.
@@ -268,7 +265,7 @@ impl Effect {
             }
             EffectKind::Tilt => tilt::displacement(at, course, &course.places[row], by),
             EffectKind::Move if row >= self.index => {
-                course::moved(&at.position, &course.centre, by) - at.position
+                moved(&at.position, &course.centre, by) - at.position
             }
             _ => {
                 let columns = self.columns(at, course, row).into_iter().zip(by);
@@ -285,7 +282,6 @@ pub(crate) struct Estimated {
     /// What is stated of its unknowns, and one σ of each; infinite if nothing is stated.
     pub(crate) mean: Vec<f64>,
     pub(crate) sigma: Vec<f64>,
-    /// The estimate.
     pub(crate) by: Vec<f64>,
     /// Index of the first of its unknowns.
     pub(crate) first: usize,
@@ -308,7 +304,6 @@ impl Estimated {
         Self::new(effect, vec![0.0; unknowns], vec![f64::INFINITY; unknowns])
     }
 
-    /// Its unknowns.
     pub(crate) fn places(&self) -> std::ops::Range<usize> {
         self.first..self.first + self.by.len()
     }
@@ -351,7 +346,6 @@ pub(crate) struct Place {
     pub(crate) between: Option<[Vector3<f64>; 2]>,
     /// The point about which they have it, mm.
     pub(crate) origin: Vector3<f64>,
-    /// Index of the target.
     pub(crate) target: usize,
 }
 
@@ -417,7 +411,7 @@ impl Course {
         Self {
             places: rows.iter().enumerate().map(place).collect(),
             ranges: [0, 1, 2].map(|joint| range(rows.iter().map(|row| row.value.joints[joint]))),
-            centre: reached().sum::<Vector3<f64>>() / f64::max(reached().count() as f64, 1.0),
+            centre: centroid(reached().copied()),
             largest,
             robot: robot.clone(),
             counted: Vector3::zeros(),

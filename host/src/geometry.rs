@@ -4,6 +4,7 @@
 mod parallelograms;
 mod region;
 
+use crate::text::joint;
 use delta_cal::kinematics::{JointLimits, KinematicsError, SingularityDistance};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Real, Robot};
@@ -317,10 +318,7 @@ pub(crate) const LIMIT_MARGIN: f64 = 1.0;
 
 /// Whether a joint is outside the limits by more than [`LIMIT_MARGIN`].
 pub(crate) fn outside_limits(joint: f64, limits: &JointLimits<f64>) -> bool {
-    let margin = match limits.drive() {
-        Drive::Rotary => LIMIT_MARGIN.to_radians(),
-        Drive::Linear => LIMIT_MARGIN,
-    };
+    let margin = joint::inwards(limits.drive(), LIMIT_MARGIN);
     joint < limits.minimum() - margin || joint > limits.maximum() + margin
 }
 
@@ -330,6 +328,14 @@ pub fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values
         .into_iter()
         .fold(none, |(low, high), value| (low.min(value), high.max(value)))
+}
+
+/// The mean of points; 0 of nothing.
+pub(crate) fn centroid(points: impl IntoIterator<Item = Vector3<f64>>) -> Vector3<f64> {
+    let none = (Vector3::zeros(), 0.0);
+    let points = points.into_iter();
+    let (sum, count) = points.fold(none, |(sum, count), own| (sum + own, count + 1.0));
+    sum / f64::max(count, 1.0)
 }
 
 /// Joint angles per joint, both ends included.

@@ -6,7 +6,6 @@ pub(crate) mod terminal;
 
 use maud::Markup;
 
-/// A part of a section.
 #[derive(Debug)]
 pub(crate) enum Part {
     /// A paragraph.
@@ -22,6 +21,17 @@ pub(crate) enum Part {
     Table(Table),
     /// Content for pages only.
     Page(Markup),
+}
+
+impl Part {
+    /// A verdict in a sentence.
+    pub(crate) fn verdict(passed: bool, text: String) -> Self {
+        if passed {
+            Self::Good(text)
+        } else {
+            Self::Doubts(text, Vec::new())
+        }
+    }
 }
 
 /// The part of a report under one heading.
@@ -40,7 +50,6 @@ impl Section {
         }
     }
 
-    /// Adds a part.
     pub(crate) fn part(mut self, part: Part) -> Self {
         self.parts.push(part);
         self
@@ -51,14 +60,17 @@ impl Section {
         self.part(Part::Text(text.into()))
     }
 
-    /// Adds a note.
+    /// Adds paragraphs, of which there may be none.
+    pub(crate) fn texts<T: Into<String>>(self, texts: impl IntoIterator<Item = T>) -> Self {
+        texts.into_iter().fold(self, Self::text)
+    }
+
     pub(crate) fn note(self, note: impl Into<String>) -> Self {
         self.part(Part::Note(note.into()))
     }
 
-    /// Adds a table.
-    pub(crate) fn table(self, table: Table) -> Self {
-        self.part(Part::Table(table))
+    pub(crate) fn table(self, table: impl Into<Table>) -> Self {
+        self.part(Part::Table(table.into()))
     }
 
     /// Adds content for pages only.
@@ -150,6 +162,11 @@ impl Table {
         self
     }
 
+    /// A section with the table, unless it has no rows.
+    pub(crate) fn under(self, title: &str) -> Option<Section> {
+        (self.rows() > 0).then(|| Section::new(title).table(self))
+    }
+
     pub(super) fn rows(&self) -> usize {
         self.columns.first().map_or(0, |column| column.cells.len())
     }
@@ -185,7 +202,6 @@ pub(crate) struct Rows<T> {
 }
 
 impl<T> Rows<T> {
-    /// Adds a column.
     pub(crate) fn column<C: ToString>(
         mut self,
         heading: impl Into<String>,
@@ -220,8 +236,30 @@ impl<T> Rows<T> {
         self
     }
 
-    /// The finished table.
+    /// Columns of a vector, each with its heading.
+    pub(crate) fn vector<const N: usize, C: ToString>(
+        self,
+        headings: [&str; N],
+        cells: impl Fn(&T) -> [C; N],
+    ) -> Self {
+        let columns = headings.into_iter().enumerate();
+        columns.fold(self, |rows, (place, heading)| {
+            rows.column(heading, |item| cells(item)[place].to_string())
+        })
+    }
+
     pub(crate) fn table(self) -> Table {
         self.table
+    }
+
+    /// A section with the table, unless it has no rows.
+    pub(crate) fn under(self, title: &str) -> Option<Section> {
+        self.table.under(title)
+    }
+}
+
+impl<T> From<Rows<T>> for Table {
+    fn from(rows: Rows<T>) -> Self {
+        rows.table
     }
 }

@@ -9,7 +9,7 @@ pub mod printer;
 pub mod validation;
 pub mod workspace;
 
-use crate::accuracy::repeats::{Repeatability, RepeatedPose};
+use crate::accuracy::repeats::Repeatability;
 pub use crate::files::document;
 use crate::render::{Section, Table};
 use crate::text::significant;
@@ -20,7 +20,7 @@ use serde::Serialize;
 /// Pose accuracy and repeatability of repeated poses, for pages and the terminal.
 pub(crate) fn repeatability(found: &Repeatability) -> Section {
     let mm = |value: f64| significant(value, 2);
-    let of = |own: &RepeatedPose, axis: usize| format!("{:+.4}", own.ap_xyz_mm[axis] + 0.0);
+    let signed = |own: f64| format!("{:+.4}", own + 0.0);
     let approached = found.poses.iter().any(|own| own.approach.is_some());
     let table = Table::of(&found.poses)
         .column("pose", |own| own.name.clone())
@@ -29,11 +29,8 @@ pub(crate) fn repeatability(found: &Repeatability) -> Section {
         })
         .column("repetitions", |own| own.count)
         .column("AP, mm", |own| mm(own.ap_mm))
-        .column("x", |own| of(own, 0))
-        .column("y", |own| of(own, 1))
-        .column("z", |own| of(own, 2))
-        .column("RP, mm", |own| mm(own.rp_mm))
-        .table();
+        .vector(["x", "y", "z"], |own| own.ap_xyz_mm.map(signed))
+        .column("RP, mm", |own| mm(own.rp_mm));
     let optional = |name: &'static str, value: Option<f64>| Some((name, mm(value?)));
     let facts = [
         Some((

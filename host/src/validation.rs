@@ -22,6 +22,7 @@ use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;
 use crate::fit::observations::is_stated;
 use crate::fit::{Case, Frame, Options};
+use crate::geometry::centroid;
 use crate::text::count;
 pub use comparison::Comparison;
 use delta_cal::frame::RigidTransform;
@@ -123,9 +124,12 @@ impl Validation {
                 .map(|row| (row.position - from).norm_squared());
             all.sum::<f64>() / count
         };
-        let sum: Vector3<f64> = self.rows.iter().map(|row| row.position).sum();
         let known = self.frame == Frame::Base;
-        let from = if known { Vector3::zeros() } else { sum / count };
+        let from = if known {
+            Vector3::zeros()
+        } else {
+            centroid(self.rows.iter().map(|row| row.position))
+        };
         let mut variance = facts.scale.unwrap_or(USUAL_SCALE).powi(2) * mean_square(&from);
         if known && let Some(target) = facts.targets.first() {
             variance += target.sigma.norm_squared();
@@ -138,16 +142,9 @@ impl Validation {
                 .iter()
                 .map(|own| own.sigma.unwrap_or(noise).powi(2));
             let square = stated.sum::<f64>() / points;
-            let centre = facts
-                .datum
-                .iter()
-                .map(|own| own.place)
-                .sum::<Vector3<f64>>()
-                / points;
-            let out = facts
-                .datum
-                .iter()
-                .map(|own| (own.place - centre).norm_squared());
+            let places = facts.datum.iter().map(|own| own.place);
+            let centre = centroid(places.clone());
+            let out = places.map(|own| (own - centre).norm_squared());
             let out = out.sum::<f64>() / points;
             variance += 3.0 * square / points * (1.0 + mean_square(&centre) / out.max(1.0));
         }
@@ -347,7 +344,6 @@ fn step(
     search(&case)?.step(&case, known)
 }
 
-/// The kind of the readings if they are all of one kind.
 fn only_kind(readings: &Readings) -> Option<Kind> {
     let mut kinds = Kind::ALL.into_iter().filter(|kind| readings.holds(*kind));
     kinds.next().filter(|_| kinds.next().is_none())
@@ -358,18 +354,14 @@ fn known_frame(
     robot: &RobotFile,
     request: Request,
 ) -> Result<Option<RigidTransform<f64>>, CalibrateError> {
-    let datum = Datum::of(robot, request.frame)?;
-    match (request.frame, request.stored) {
-        (Frame::Base, _) => Ok(Some(RigidTransform::identity())),
-        (Frame::Sensor, false) => Ok(datum.map(|own| own.frame)),
-        (Frame::Sensor, true) => {
-            let missing = InputError::new(&robot.name, "the robot file has no [sensor_frame]");
-            let remedy =
-                "`calibrate --frame sensor` writes it; `validate --frame sensor` fits it again";
-            let stored = robot.sensor_frame.ok_or(missing.with_remedy(remedy));
-            Ok(Some(stored?))
-        }
+    Datum::of(robot, request.frame)?;
+    if request.frame == Frame::Base || !request.stored {
+        return Ok(Datum::known_frame(robot, request.frame)?);
     }
+    let missing = InputError::new(&robot.name, "the robot file has no [sensor_frame]");
+    let remedy = "`calibrate --frame sensor` writes it; `validate --frame sensor` fits it again";
+    let stored = robot.sensor_frame.ok_or(missing.with_remedy(remedy));
+    Ok(Some(stored?))
 }
 
 /// The mean squared deviation of each pose, and the mean square of the noise. All rows of a pose share the robot's

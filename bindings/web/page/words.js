@@ -46,7 +46,6 @@ const WORDS = [
   [/--home/g, "End stops"],
   [/--bed/g, "Heights of the bed"],
   [/--for/g, "Controller"],
-  [/--accuracy/g, "Expected error"],
   [/--rows \S+/g, "in a file of their own"],
   [/--json lists all/g, "the JSON lists all"],
   [/`?delta-cal calibrate`? finds/g, "a calibration finds"],

@@ -122,11 +122,7 @@ pub(crate) fn budget(
         let name = source_of(solution, effect);
         sources.push((name, sandwich(&stated), exact(effect.places())));
     }
-    if let Some(datum) = solution
-        .effects
-        .iter()
-        .find(|own| own.effect.kind == EffectKind::Datum)
-    {
+    if let Some(datum) = solution.effect(EffectKind::Datum) {
         sources.push(("datum".to_owned(), sandwich(&others), exact(datum.places())));
     }
     let own = usize::from(!solution.is_absolute());
@@ -218,7 +214,6 @@ fn block(of: &DMatrix<f64>, places: &std::ops::Range<usize>) -> DMatrix<f64> {
     })
 }
 
-/// Of a source's σ.
 fn unit(robot: &RobotFile, source: &str) -> &'static str {
     match source {
         "joint readings" if robot.robot.drive() == Drive::Rotary => "deg",

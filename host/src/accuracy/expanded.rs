@@ -5,7 +5,7 @@
 //! the same first three moments (Hall 1983; Buckley and Eagleson 1988), which is exact for equal eigenvalues and for a
 //! single one. Over the workspace the distributions of all poses are mixed.
 
-use super::quantiles::quantile;
+use super::quantiles::noise_levels;
 use super::uncertainty::Sensitivities;
 use crate::files::robot_file::Tool;
 use crate::fit::solution::{OF_ROBOT, Solution};
@@ -21,8 +21,6 @@ const MIXED: usize = 250;
 const NOISE_LEVELS: u32 = 24;
 /// Bisections, to a millionth.
 const HALVINGS: u32 = 24;
-/// Up to this, Student's distribution has no variance.
-const LEAST_FREEDOM: f64 = 2.0;
 
 /// Covariances of positions over the workspace, mm².
 pub(crate) struct Spread {
@@ -111,15 +109,9 @@ fn within(covariance: &Matrix3<f64>, square: f64) -> f64 {
 /// The length that errors with these covariances, equally probable, exceed with a probability of 5 %.
 fn length(covariances: &[Matrix3<f64>], freedom: Option<f64>) -> Option<f64> {
     // The covariances have the variance of Student's distribution.
-    let levels: Vec<f64> = match freedom {
+    let levels = match freedom {
         None => vec![1.0],
-        Some(freedom) if freedom > LEAST_FREEDOM => (0..NOISE_LEVELS)
-            .map(|level| {
-                let probability = (f64::from(level) + 0.5) / f64::from(NOISE_LEVELS);
-                Some((freedom - LEAST_FREEDOM) / quantile(freedom, probability)?)
-            })
-            .collect::<Option<_>>()?,
-        Some(_) => return None,
+        Some(freedom) => noise_levels(freedom, NOISE_LEVELS)?,
     };
     let count = (covariances.len() * levels.len()) as f64;
     let inside = |length: f64| {

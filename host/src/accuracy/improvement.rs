@@ -13,7 +13,7 @@
 //! A + P⁻¹ with A the samples' information.
 
 use super::information::{differences, prior_covariance, units};
-use super::quantiles::quantile;
+use super::quantiles::noise_levels;
 use super::uncertainty::Sensitivities;
 use crate::files::robot_file::Tool;
 use crate::fit::Solution;
@@ -101,7 +101,7 @@ impl Change {
     /// estimate the noise.
     pub(crate) fn chance_of_harm(&self) -> Option<f64> {
         let levels = match (self.degrees_of_freedom, &self.prior) {
-            (Some(freedom), None) => noise_levels(freedom)?,
+            (Some(freedom), None) => noise_levels(freedom, NOISE_LEVELS)?,
             _ => vec![1.0],
         };
         let (combinations, squared) = self.combinations();
@@ -179,19 +179,6 @@ struct Combination {
     variance: f64,
     /// M u.
     weight: f64,
-}
-
-/// Factors of the variances in equally probable cases.
-fn noise_levels(freedom: f64) -> Option<Vec<f64>> {
-    let spare = freedom - 2.0;
-    if !(spare > 0.0) {
-        return None;
-    }
-    let levels = (0..NOISE_LEVELS).map(|level| {
-        let probability = (f64::from(level) + 0.5) / f64::from(NOISE_LEVELS);
-        Some(spare / quantile(freedom, probability)?)
-    });
-    levels.collect()
 }
 
 /// S with S Sᵀ = P, and its inverse on the span of P.

@@ -27,6 +27,20 @@ pub(crate) fn quantile(freedom: f64, probability: f64) -> Option<f64> {
     (found > 0.0).then_some(found)
 }
 
+/// Factors of the variances of Student's distribution in this many equally probable cases of an estimated noise; `None` with
+/// two degrees of freedom or fewer, which have no variance.
+pub(crate) fn noise_levels(freedom: f64, count: u32) -> Option<Vec<f64>> {
+    let spare = freedom - 2.0;
+    if !(spare > 0.0) {
+        return None;
+    }
+    let level = |level: u32| {
+        let probability = (f64::from(level) + 0.5) / f64::from(count);
+        Some(spare / quantile(freedom, probability)?)
+    };
+    (0..count).map(level).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::quantile;

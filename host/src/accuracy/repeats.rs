@@ -7,6 +7,7 @@
 //! ```
 
 use crate::files::samples_file::{Reading, Readings, Row};
+use crate::geometry::centroid;
 use crate::halt;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -73,16 +74,8 @@ fn keys(readings: &Readings) -> impl Iterator<Item = String> {
 /// AP and RP.
 fn accuracy(rows: &[Attained]) -> (Vector3<f64>, f64) {
     let count = rows.len() as f64;
-    let centre = rows
-        .iter()
-        .map(|(_, attained)| attained)
-        .sum::<Vector3<f64>>()
-        / count;
-    let commanded = rows
-        .iter()
-        .map(|(commanded, _)| commanded)
-        .sum::<Vector3<f64>>()
-        / count;
+    let centre = centroid(rows.iter().map(|(_, attained)| *attained));
+    let commanded = centroid(rows.iter().map(|(commanded, _)| *commanded));
     let lengths = rows.iter().map(|(_, attained)| (attained - centre).norm());
     let mean = lengths.clone().sum::<f64>() / count;
     let scatter = lengths.map(|own| (own - mean).powi(2)).sum::<f64>();

@@ -1,5 +1,7 @@
 //! The rigid motion that best fits small position errors.
 
+use crate::geometry::centroid;
+use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
 /// Small rigid motions of a set of points: a translation and a rotation about their centre.
@@ -15,9 +17,8 @@ pub struct RigidMotions {
 
 impl RigidMotions {
     /// Of these points, mm. `None` if there are fewer than three or they are collinear.
-    pub fn of(points: impl ExactSizeIterator<Item = Vector3<f64>> + Clone) -> Option<Self> {
-        let number = points.clone().fold(0.0, |count, _| count + 1.0);
-        let centre = points.clone().sum::<Vector3<f64>>() / number;
+    pub fn of(points: impl Iterator<Item = Vector3<f64>> + Clone) -> Option<Self> {
+        let centre = centroid(points.clone());
         let normal = points
             .map(|point| {
                 let columns = columns(&(point - centre));
@@ -63,7 +64,20 @@ impl RigidMotions {
     }
 }
 
-fn columns(arm: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+/// Poses of a robot that it reached before as well: where the platform is, and how far it moved, mm.
+pub(crate) fn moved(
+    before: &Robot<f64>,
+    poses: &[Sample<f64>],
+) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    let moved = poses.iter().filter_map(|pose| {
+        let from = before.forward(&pose.joints).ok()?;
+        Some((pose.position, pose.position - from))
+    });
+    moved.collect()
+}
+
+/// (I, −[x]×): displacement of a point by a translation and a rotation.
+pub(crate) fn columns(arm: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     let mut columns = SMatrix::<f64, 3, 6>::zeros();
     columns.fixed_columns_mut::<3>(0).fill_with_identity();
     columns
@@ -85,8 +99,7 @@ pub(crate) fn degenerate(
     if points.len() < 3 {
         return None;
     }
-    let number = points.clone().fold(0.0, |count, _| count + 1.0);
-    let mean = points.clone().sum::<Vector3<f64>>() / number;
+    let (number, mean) = (points.len() as f64, centroid(points.clone()));
     let scatter = points.fold(Matrix3::zeros(), |sum, point| {
         sum + (point - mean) * (point - mean).transpose()
     });

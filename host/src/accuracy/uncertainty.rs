@@ -3,7 +3,7 @@
 use super::rigid_motion::RigidMotions;
 use crate::files::robot_file::{RobotFile, Tool, Tooled};
 use crate::fit::solution::{OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
-use crate::geometry::Reach;
+use crate::geometry::{Reach, centroid};
 use crate::halt;
 use crate::order;
 use delta_cal::{Robot, Sample};
@@ -291,11 +291,7 @@ impl ExpectedError {
             let mut found: Vec<_> = inside.0.iter().filter_map(of_pose).collect();
             let count = found.iter().fold(0.0, |count, _| count + 1.0);
             let sum: f64 = found.iter().map(|(variance, _)| variance).sum();
-            let centre = found
-                .iter()
-                .map(|(_, pose)| pose.position)
-                .sum::<Vector3<f64>>()
-                / count;
+            let centre = centroid(found.iter().map(|(_, pose)| pose.position));
             let far = |pose: &Sample<f64>| (pose.position - centre).norm_squared();
             order::sort_by(&mut found, |own| -far(&own.1));
             let (outer, inner) = found.split_at(found.len() / 10);

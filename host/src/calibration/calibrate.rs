@@ -17,7 +17,6 @@ use crate::fit::{Case, Frame, Method, Options, Unsolved};
 use crate::judge::{Judged, Objection, attempt, is_understated};
 use crate::text::significant;
 use delta_cal::Refusal;
-use delta_cal::frame::RigidTransform;
 
 /// Reads the samples of a robot to be calibrated. If joint angles are outside its limits, the error says what would
 /// explain the file as a whole.
@@ -67,7 +66,7 @@ pub fn calibrate(
     let robot = &readings.noise_into(robot);
     check(robot, readings, options)?;
     let case = Case::new(robot, readings, *options);
-    let known = known_frame(robot, options.frame);
+    let known = Datum::known_frame(robot, options.frame)?;
     // A printer that prints has no exchanged joints or wrong signs, and what its towers could do to a touch of the bed, the
     // bed's own shape does as well.
     let explained = !options.of_printer;
@@ -140,15 +139,6 @@ fn refused(
     explained(case, objection, hint.flatten(), diagnosis)
 }
 
-/// The frame of the coordinates, if the file says which: the base's, or that of the datum points.
-fn known_frame(robot: &RobotFile, frame: Frame) -> Option<RigidTransform<f64>> {
-    match frame {
-        Frame::Base => Some(RigidTransform::identity()),
-        Frame::Sensor => Some(Datum::of(robot, frame).ok()??.frame),
-    }
-}
-
-/// Checks the files and options.
 fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), CalibrateError> {
     check_method(robot, readings, options)?;
     check_names(robot, readings)?;
@@ -262,7 +252,7 @@ fn check_names(robot: &RobotFile, readings: &Readings) -> Result<(), InputError>
     let stated = &robot.instruments.targets;
     let missing = readings.targets.iter().find(|name| {
         let alone = *name == ONLY_TARGET && stated.is_empty();
-        !(alone || stated.iter().any(|own| own.name == **name))
+        !(alone || robot.instruments.target(name).is_some())
     });
     let Some(name) = missing else {
         return Ok(());

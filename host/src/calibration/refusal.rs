@@ -40,7 +40,6 @@ pub struct Refused {
 }
 
 impl Refused {
-    /// A refusal with this cause and remedy.
     pub(crate) fn new(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             cause: cause.into(),
@@ -226,7 +225,6 @@ fn unsolved(case: &Case<'_>, why: &Unsolved) -> Result<(String, String), InputEr
     })
 }
 
-/// What the core refuses.
 fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
     let (robot, readings) = (case.robot, case.readings);
     let arm_of = |arm: Option<ArmIndex>| arm.map_or_else(String::new, |arm| format!("{arm}: "));

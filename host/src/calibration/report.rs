@@ -9,7 +9,7 @@ use crate::accuracy::expanded::{COVERAGE, Spread, of_vectors};
 use crate::accuracy::improvement::WorkspaceComparison;
 pub use crate::accuracy::position_error::BeforeAfter;
 use crate::accuracy::repeats::{Attained, Repeatability};
-use crate::accuracy::rigid_motion::RigidMotions;
+use crate::accuracy::rigid_motion::{RigidMotions, moved};
 use crate::accuracy::uncertainty::ExpectedError;
 use crate::diagnosis::Diagnosis;
 use crate::effects::{EffectKind, Estimated, Places, PlaneFound, PointFound};
@@ -690,11 +690,7 @@ fn found_and_left(case: &Case<'_>, solution: &Solution, spread: &Spread) -> Vec<
             left_mm: left[axis],
         }));
     }
-    let moved = spread.poses.iter().filter_map(|pose| {
-        let computed = before.forward(&pose.joints).ok()?;
-        Some((pose.position, pose.position - computed))
-    });
-    let moved: Vec<_> = moved.collect();
+    let moved = moved(before, &spread.poses);
     let errors = if solution.is_absolute() {
         Some(moved.iter().map(|(_, error)| *error).collect())
     } else {

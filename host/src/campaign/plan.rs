@@ -293,7 +293,6 @@ impl Plan {
     }
 }
 
-/// A key and the fault in it.
 type Fault = (&'static str, String);
 
 impl CampaignToml {
@@ -376,7 +375,6 @@ impl CampaignToml {
     }
 }
 
-/// Each case with each value of a list.
 fn varied<T: Copy>(cases: &[Case], values: &List<T>, set: impl Fn(&mut Case, T)) -> Vec<Case> {
     let mut all = Vec::with_capacity(cases.len() * values.0.len());
     for case in cases {

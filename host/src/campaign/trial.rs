@@ -27,13 +27,11 @@ const SETTLED: f64 = 0.02;
 
 /// The outcome of a calibration as one word.
 pub(super) type Status = &'static str;
-/// Accepted calibration.
 pub(super) const ACCEPTED: Status = "accepted";
 /// No robot to measure: the start error yields no valid robot, or one without usable poses.
 pub(super) const NO_ROBOT: Status = "no_robot";
 const FAULTY_SAMPLE: Status = "faulty_sample";
 
-/// An accepted calibration.
 #[derive(Debug)]
 pub(super) struct Calibrated {
     pub(super) robot: Robot<f64>,

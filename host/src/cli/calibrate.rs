@@ -3,7 +3,9 @@
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
 use super::output::{self, command, deliver, now};
-use super::paths::{ColumnsArgument, is_robot, is_toml, read_samples_texts, robot_path};
+use super::paths::{
+    ColumnsArgument, given, is_robot, is_toml, read_samples_texts, robot_path, without_table,
+};
 use super::progress::Progress;
 use crate::files::document::Document;
 use crate::files::example;
@@ -13,7 +15,7 @@ use crate::printer;
 use crate::report::calibration::comment;
 use crate::report::printer::PrinterReport;
 use crate::{Frame, InputText, Method, Options, Readings, RobotFile, calibrate, read_samples};
-use clap::Args;
+use clap::{ArgMatches, Args};
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
@@ -87,7 +89,7 @@ pub(crate) struct CalibrateArguments {
 /// The inputs of a calibration, the files they come from, and the imported configuration if the robot is a printer.
 type Inputs = (RobotFile, Readings, [InputText; 2], Option<Imported>);
 
-pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &CalibrateArguments, matches: &ArgMatches) -> Result<(), Failure> {
     if let (Some(path), None) = (&arguments.robot, &arguments.samples)
         && is_toml(path)
     {
@@ -100,7 +102,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         frame: arguments.frame,
         of_printer: false,
     };
-    let (robot, readings, [file, samples], printer) = inputs(arguments, &options)?;
+    let (robot, readings, [file, samples], printer) = inputs(arguments, matches, &options)?;
     options.of_printer = printer.is_some();
     let waiting = Progress::spinner(format!("calibrating from {} rows", readings.rows.len()));
     let calibrated = calibrate(&robot, &readings, &options);
@@ -141,13 +143,16 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     }
 }
 
-fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {
+fn inputs(
+    arguments: &CalibrateArguments,
+    matches: &ArgMatches,
+    options: &Options,
+) -> Result<Inputs, Failure> {
     if arguments.samples.is_none() {
-        let example = "delta-cal calibrate robot.toml samples.csv";
-        arguments.columns.without_table(example)?;
+        without_table(matches, "delta-cal calibrate robot.toml samples.csv")?;
     }
     let Some(path) = &arguments.robot else {
-        no_printer(arguments)?;
+        no_printer(matches)?;
         let (robot, readings) = example::load()?;
         let file = InputText::new(&robot.name, example::ROBOT_TOML);
         let samples = InputText::new(&readings.name, example::SAMPLES_CSV);
@@ -156,7 +161,7 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
     let text = configuration(path)?;
     let read = |own: &PathBuf, second| read_samples_texts(own, second, &arguments.columns);
     if is_robot(path, &text) {
-        no_printer(arguments)?;
+        no_printer(matches)?;
         let robot = RobotFile::read(&text)?;
         let samples = arguments.samples.as_ref();
         let samples = samples.ok_or_else(|| without_samples(path))?;
@@ -184,14 +189,14 @@ fn without_samples(path: &Path) -> Failure {
 }
 
 /// Refuses options that apply only to printers.
-fn no_printer(arguments: &CalibrateArguments) -> Result<(), Failure> {
-    let paste = arguments.paste.is_some().then_some("--paste");
-    match arguments.stated.given().or(paste) {
+fn no_printer(matches: &ArgMatches) -> Result<(), Failure> {
+    let options = ["rods", "radius", "printed", "shrinkage", "paste"];
+    match given(matches, &options) {
         None => Ok(()),
         Some(option) => Err(Failure::usage(
-            format!("{option} needs a printer's configuration"),
+            format!("--{option} needs a printer's configuration"),
             format!(
-                "write for example delta-cal calibrate printer.cfg {option} …, or see delta-cal export"
+                "write for example delta-cal calibrate printer.cfg --{option} …, or see delta-cal export"
             ),
         )),
     }

@@ -9,6 +9,7 @@ use crate::export::positions::{Wanted, bed};
 use crate::export::{Case, Settings, names, target};
 use crate::files::kinematics;
 use crate::files::length::length;
+use crate::text::joint;
 use crate::{InputError, InputText, Options, RobotFile, read_samples};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -63,7 +64,7 @@ pub(crate) struct ExportArguments {
         long,
         value_name = "Q[,Q,Q]",
         value_delimiter = ',',
-        value_parser = joint,
+        value_parser = angle,
         allow_negative_numbers = true,
         allow_hyphen_values = true
     )]
@@ -76,8 +77,8 @@ pub(crate) struct ExportArguments {
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     height: Option<f64>,
     /// The platform's radius [default: that of the robot file, or 25 mm]
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
-    platform_radius: Option<f64>,
+    #[arg(long, alias = "platform-radius", value_name = "LENGTH", value_parser = length)]
+    radius: Option<f64>,
     /// The unit of a LinuxCNC machine
     #[arg(long, value_parser = ["mm", "inch"], default_value = "mm")]
     unit: String,
@@ -120,7 +121,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let settings = Settings {
         height: arguments.height,
         home: home(arguments, drive)?,
-        platform_radius: arguments.platform_radius,
+        platform_radius: arguments.radius,
         inches,
         limit: arguments.limit,
         level: level(arguments, &robot)?,
@@ -158,7 +159,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     )
 }
 
-fn joint(text: &str) -> Result<f64, &'static str> {
+fn angle(text: &str) -> Result<f64, &'static str> {
     text.parse()
         .map_err(|_| "a number without its unit is needed: degrees, or mm of travel")
 }
@@ -172,10 +173,7 @@ fn home(arguments: &ExportArguments, drive: Drive) -> Result<Option<[f64; 3]>, F
         Some(_) => [f64::NAN; 3],
     };
     if home.iter().all(|joint| joint.is_finite()) {
-        return Ok(Some(match drive {
-            Drive::Rotary => home.map(f64::to_radians),
-            Drive::Linear => home,
-        }));
+        return Ok(Some(home.map(|own| joint::inwards(drive, own))));
     }
     let (what, example) = match drive {
         Drive::Rotary => ("joint angle in degrees", "-52.5,-52.1,-52.8"),

@@ -82,19 +82,6 @@ impl StatedArguments {
         })?;
         Ok(stated.with_radius(self.radius))
     }
-
-    /// The first of these options on the command line.
-    pub(crate) fn given(&self) -> Option<&'static str> {
-        let given = [
-            ("--rods", self.rods.is_some()),
-            ("--radius", self.radius.is_some()),
-            ("--printed", !self.printed.is_empty()),
-            ("--shrinkage", self.shrinkage.is_some()),
-        ];
-        given
-            .into_iter()
-            .find_map(|(name, given)| given.then_some(name))
-    }
 }
 
 /// Reads a configuration file, or the one in a folder.

@@ -3,6 +3,7 @@
 use super::failure::Failure;
 use crate::{ColumnMapping, InputError, InputText};
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::parser::ValueSource;
 use clap::{ArgMatches, Args};
 use std::fs::File;
 use std::io::{IsTerminal, Write};
@@ -54,20 +55,20 @@ pub(crate) struct ColumnsArgument {
     pub(crate) rows: Option<RangeInclusive<u64>>,
 }
 
-impl ColumnsArgument {
-    /// Refuses what is said of a table where there is none.
-    pub(crate) fn without_table(&self, example: &str) -> Result<(), Failure> {
-        let given = [
-            ("--columns", self.columns.is_some()),
-            ("--rows", self.rows.is_some()),
-        ];
-        match given.iter().find(|(_, is_given)| *is_given) {
-            None => Ok(()),
-            Some((option, _)) => Err(Failure::usage(
-                format!("{option} needs a samples file"),
-                format!("leave it out, or give one as well: {example}"),
-            )),
-        }
+/// The first of these options that is on the command line.
+pub(crate) fn given<'a>(arguments: &ArgMatches, options: &[&'a str]) -> Option<&'a str> {
+    let mut options = options.iter().copied();
+    options.find(|own| arguments.value_source(own) == Some(ValueSource::CommandLine))
+}
+
+/// Refuses what is said of a table where there is none.
+pub(crate) fn without_table(arguments: &ArgMatches, example: &str) -> Result<(), Failure> {
+    match given(arguments, &["columns", "rows"]) {
+        None => Ok(()),
+        Some(option) => Err(Failure::usage(
+            format!("--{option} needs a samples file"),
+            format!("leave it out, or give one as well: {example}"),
+        )),
     }
 }
 

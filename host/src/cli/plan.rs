@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::import::{configuration, includes};
 use super::output;
-use super::paths::{ColumnsArgument, is_robot, is_stream, read, robot_path};
+use super::paths::{ColumnsArgument, given, is_robot, is_stream, read, robot_path, without_table};
 use super::progress::Progress;
 use crate::files::length::length;
 use crate::fit::datum::Datum;
@@ -15,7 +15,7 @@ use crate::planning::{
 use crate::printer::touches_of_bed;
 use crate::report::plan as report;
 use crate::{Frame, InputError, InputText, Planned, Refused, RobotFile, read_joints};
-use clap::{ArgGroup, Args};
+use clap::{ArgGroup, ArgMatches, Args};
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
@@ -30,19 +30,18 @@ ROBOT.toml states [noise], [tolerance], [planes.NAME] with blocks_mm, [points.NA
 Examples:
   delta-cal plan robot.toml --count 20 --output poses.csv
   delta-cal plan robot.toml --validation samples.csv --count 20 --seed 7
-  delta-cal plan robot.toml --accuracy 0.05mm --output poses.csv
+  delta-cal plan robot.toml --limit 0.05mm --output poses.csv
   delta-cal plan robot.toml --measure plane,distance=8 --count 40 \\
       --output touches.csv
   delta-cal plan robot.toml --samples samples.csv
   delta-cal plan printer.cfg --count 16";
 
-/// Most repetitions of a plan.
 const MOST_REPEATS: usize = 100;
 
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("what").args(["count", "accuracy", "samples"]).required(true).multiple(true))]
+#[command(group = ArgGroup::new("what").args(["count", "limit", "samples"]).required(true).multiple(true))]
 #[command(
-    override_usage = "delta-cal plan [OPTIONS] --count <N> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --accuracy <LENGTH> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --samples <SAMPLES.csv> <ROBOT.toml>"
+    override_usage = "delta-cal plan [OPTIONS] --count <N> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --limit <LENGTH> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --samples <SAMPLES.csv> <ROBOT.toml>"
 )]
 pub(crate) struct PlanArguments {
     /// The robot as known before the measurement
@@ -52,8 +51,8 @@ pub(crate) struct PlanArguments {
     #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
     count: Option<usize>,
     /// Plan the fewest measurements that bring the expected error down to this
-    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
-    accuracy: Option<f64>,
+    #[arg(long, alias = "accuracy", value_name = "LENGTH", value_parser = length, allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
+    limit: Option<f64>,
     /// Say what the rows of this file determine, and which to add
     #[arg(long, value_name = "SAMPLES.csv", conflicts_with = "measure")]
     samples: Option<PathBuf>,
@@ -87,7 +86,7 @@ pub(crate) struct PlanArguments {
     #[arg(long, value_name = "PLAN.json")]
     json: Option<PathBuf>,
     /// Plan poses to validate with, at random, other than those of this file
-    #[arg(long, value_name = "SAMPLES.csv", requires = "count", conflicts_with_all = ["accuracy", "samples", "measure"])]
+    #[arg(long, value_name = "SAMPLES.csv", requires = "count", conflicts_with_all = ["limit", "samples", "measure"])]
     validation: Option<PathBuf>,
     /// Another seed gives other poses
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -115,19 +114,18 @@ fn repetitions(text: &str) -> Result<usize, String> {
         .ok_or_else(|| format!("a whole number is needed, 2 to {MOST_REPEATS}"))
 }
 
-pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(), Failure> {
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
     let text = configuration(&arguments.robot)?;
     if !is_robot(&arguments.robot, &text) && Firmware::wrote(&text).is_some() {
-        return printer(arguments, &text);
+        return printer(arguments, matches, &text);
     }
     let robot = RobotFile::read(&text)?;
     keep(arguments, |text| {
         Planned::read(text, &robot).is_ok_and(|plan| plan.is_unmeasured())
     })?;
     if arguments.samples.is_none() && arguments.validation.is_none() {
-        let example = "delta-cal plan robot.toml --samples samples.csv";
-        arguments.columns.without_table(example)?;
+        without_table(matches, "delta-cal plan robot.toml --samples samples.csv")?;
     }
     let measure = arguments.measure.clone();
     let request = PlanRequest {
@@ -146,15 +144,15 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     if let Some(path) = &arguments.samples {
         return samples(arguments, &request, path);
     }
+    let named = |rows| {
+        let repeats = arguments.repeats.unwrap_or(1);
+        labelled(rows, arguments.names.as_deref(), repeats)
+    };
     if let Some(path) = &arguments.validation {
         let measured = read_joints(&read(path, &arguments.columns)?, &robot)?;
         let used: Vec<_> = measured.iter().map(|row| row.value).collect();
         let found = others(&request, &used).map_err(|error| failure(&robot, error, json))?;
-        let rows = labelled(
-            found,
-            arguments.names.as_deref(),
-            arguments.repeats.unwrap_or(1),
-        );
+        let rows = named(found);
         let csv = report::csv(&rows, &robot.convention);
         let text = format!(
             "{} random poses to validate {} with, none of them in {}.\n{}",
@@ -177,17 +175,13 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         ));
     }
     let waiting = Progress::spinner("planning");
-    let planned = match arguments.accuracy {
+    let planned = match arguments.limit {
         Some(accuracy) => plan_for(&request, accuracy),
         None => plan(&request),
     };
     drop(waiting);
     let mut planned = planned.map_err(|error| failure(&robot, error, json))?;
-    planned.measurements = labelled(
-        planned.measurements,
-        arguments.names.as_deref(),
-        arguments.repeats.unwrap_or(1),
-    );
+    planned.measurements = named(planned.measurements);
     let csv = report::csv(&planned.measurements, &robot.convention);
     let mut text = report::text(&planned);
     if output.is_none() {
@@ -197,24 +191,16 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
 }
 
 /// Writes the commands that touch a printer's bed.
-fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
-    let given = [
-        ("--accuracy", arguments.accuracy.is_some()),
-        ("--samples", arguments.samples.is_some()),
-        ("--columns", arguments.columns.columns.is_some()),
-        ("--measure", arguments.measure.is_some()),
-        ("--frame", arguments.frame.is_some()),
-        ("--within", arguments.within.is_some()),
-        ("--absolute", arguments.absolute),
-        ("--order", arguments.order.is_some()),
-        ("--json", arguments.json.is_some()),
-        ("--validation", arguments.validation.is_some()),
-        ("--names", arguments.names.is_some()),
-        ("--repeats", arguments.repeats.is_some()),
-    ];
-    if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
+fn printer(
+    arguments: &PlanArguments,
+    matches: &ArgMatches,
+    text: &InputText,
+) -> Result<(), Failure> {
+    let others = "limit samples columns rows measure frame within absolute order json validation names repeats";
+    let others: Vec<_> = others.split(' ').collect();
+    if let Some(option) = given(matches, &others) {
         return Err(Failure::usage(
-            format!("{option} does not apply to a printer's configuration"),
+            format!("--{option} does not apply to a printer's configuration"),
             "leave it out, or plan for the robot file that delta-cal import writes",
         ));
     }

@@ -25,7 +25,7 @@ Examples:
   delta-cal simulate
       the built-in campaign
   delta-cal simulate --example > campaign.toml
-  delta-cal simulate campaign.toml --robots 0..1000 --output rows.csv
+  delta-cal simulate campaign.toml --count 0..1000 --output rows.csv
   delta-cal simulate --summary rows*.csv --json summary.json
   delta-cal simulate --paper --output results.csv";
 
@@ -35,13 +35,13 @@ pub(crate) struct SimulateArguments {
     #[arg(value_name = "CAMPAIGN.toml")]
     campaign: Option<PathBuf>,
     /// Simulate these robots of each case [default: all that the campaign file asks for]
-    #[arg(long, value_name = "FROM..TO", value_parser = range)]
-    robots: Option<Range<u64>>,
+    #[arg(long, alias = "robots", value_name = "FROM..TO", value_parser = range)]
+    count: Option<Range<u64>>,
     /// Write one row for each robot and case; with --paper one for each case
     #[arg(long, value_name = "ROWS.csv")]
     output: Option<PathBuf>,
     /// Summarise the rows of these files, which earlier runs have written
-    #[arg(long, value_name = "ROWS.csv", num_args = 1.., conflicts_with_all = ["campaign", "robots", "paper", "output"])]
+    #[arg(long, value_name = "ROWS.csv", num_args = 1.., conflicts_with_all = ["campaign", "count", "paper", "output"])]
     summary: Vec<PathBuf>,
     /// Run the simulations of the paper, and print its figures beside those found
     #[arg(long, conflicts_with = "campaign")]
@@ -78,14 +78,14 @@ pub(crate) fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
         return publish(arguments, &summaries, text, Ok(String::new()));
     }
     if arguments.paper {
-        let robots = arguments.robots.as_ref();
-        let experiments = with_bar(|progress| paper::simulate(robots, progress))?;
+        let count = arguments.count.as_ref();
+        let experiments = with_bar(|progress| paper::simulate(count, progress))?;
         let rows = paper::comparisons(&experiments).map_err(|error| unwritten(&error))?;
         let text = report::campaign::render_paper(&rows);
         return publish(arguments, &rows, text, paper::results_csv(&experiments));
     }
     let (plan, note) = plan(arguments.campaign.as_deref())?;
-    let robots = arguments.robots.clone().unwrap_or(0..plan.robots);
+    let robots = arguments.count.clone().unwrap_or(0..plan.robots);
     let begin = Instant::now();
     let rows = with_bar(|progress| campaign::run(&plan, &robots, progress))?;
     let seconds = begin.elapsed().as_secs_f64();

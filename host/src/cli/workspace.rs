@@ -46,8 +46,8 @@ pub(crate) struct WorkspaceArguments {
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
     /// Maximum distance of a computed boundary point from the true boundary
-    #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "0.01mm", allow_negative_numbers = true)]
-    tolerance: f64,
+    #[arg(long, alias = "tolerance", value_name = "LENGTH", value_parser = length, default_value = "0.01mm", allow_negative_numbers = true)]
+    limit: f64,
     /// Distance between the lines along which the boundary is searched [default: 1/80 of the
     /// longest side]
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_negative_numbers = true)]
@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
     let options = Options {
-        tolerance: arguments.tolerance,
+        tolerance: arguments.limit,
         spacing: arguments.spacing,
     };
     let waiting = Progress::spinner("computing the workspace");

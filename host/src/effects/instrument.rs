@@ -1,21 +1,29 @@
-//! Effects of the instrument: its target, its scale, and its frame.
+//! Effects of the instrument: its target, its scale, its frame; and of time, in which it, the plate or the robot's base moves,
+//! evenly or at one row.
 
-use super::{Effect, EffectKind, Place};
-use nalgebra::Vector3;
+use super::{Course, Effect, EffectKind};
+use nalgebra::{Rotation3, Vector3};
 
-/// Target: three coordinates on the platform. Scale: relative. Datum: a translation and a rotation vector about the
-/// centre of the positions.
+/// Target: three coordinates on the platform. Scale: relative. Datum, and from a row on a move: a translation and a rotation
+/// vector about the centre of the positions. Drift: three coordinates, from the first row to the last.
 pub(super) fn columns(
     effect: &Effect,
     position: &Vector3<f64>,
-    place: &Place,
-    centre: &Vector3<f64>,
+    course: &Course,
+    row: usize,
 ) -> Vec<Vector3<f64>> {
+    let (place, lever) = (&course.places[row], position - course.centre);
     let axes = |part: f64| [0, 1, 2].map(|axis| Vector3::ith(axis, part));
     match effect.kind {
         EffectKind::Target if place.target == effect.index => axes(1.0).into(),
         EffectKind::Target => axes(0.0).into(),
-        EffectKind::Datum => motion(&(position - centre)).into(),
+        EffectKind::Datum => motion(&lever).into(),
+        EffectKind::Drift => axes(place.part).into(),
+        EffectKind::Move => {
+            let axes = axes(if row >= effect.index { 1.0 } else { 0.0 });
+            let turns = axes.map(|axis| axis.cross(&lever));
+            axes.into_iter().chain(turns).collect()
+        }
         _ => vec![(position - place.origin) * place.scaled],
     }
 }
@@ -26,4 +34,10 @@ pub(crate) fn motion(lever: &Vector3<f64>) -> [Vector3<f64>; 6] {
         0..3 => Vector3::ith(index, 1.0),
         _ => Vector3::ith(index - 3, 1.0).cross(lever),
     })
+}
+
+/// A point after a move by a translation and a rotation vector about a centre.
+pub(crate) fn moved(point: &Vector3<f64>, centre: &Vector3<f64>, by: &[f64]) -> Vector3<f64> {
+    let [shift, turn] = [0, 3].map(|first| Vector3::from_fn(|axis, _| by[first + axis]));
+    Rotation3::new(turn) * (point - centre) + centre + shift
 }

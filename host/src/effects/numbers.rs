@@ -38,7 +38,6 @@ pub(super) fn columns(
     unknowns.map(of).collect()
 }
 
-/// The robot with the number changed.
 fn changed(kind: EffectKind, robot: &Robot<f64>, by: &[f64]) -> Option<Robot<f64>> {
     let drive = robot.drive();
     let mut parameters = robot.parameters();

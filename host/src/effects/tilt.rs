@@ -15,11 +15,9 @@ pub(crate) struct Platform {
 }
 
 impl Platform {
-    /// Of a robot and the targets of its readings.
     pub(crate) fn of(robot: &RobotFile, targets: &[String]) -> Self {
         let place = |name: &str| {
-            let mut stated = robot.instruments.targets.iter();
-            let own = stated.find(|own| own.name == name);
+            let own = robot.instruments.target(name);
             own.map_or_else(Vector3::zeros, |own| own.place)
         };
         let targets = match targets {

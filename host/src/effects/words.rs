@@ -352,7 +352,7 @@ impl Effect {
 pub(crate) fn misplaced(robot: &RobotFile, name: &str, fitted: &[f64]) -> Option<String> {
     let targets = &robot.instruments.targets;
     let place = |own: &Vector3<f64>| robot.convention.vector(own);
-    let stated = place(&targets.iter().find(|own| own.name == name)?.place);
+    let stated = place(&robot.instruments.target(name)?.place);
     let fitted = place(&Vector3::from_column_slice(fitted));
     let others = targets.iter().filter(|own| own.name != name);
     let others = others.map(|own| {

@@ -108,7 +108,6 @@ impl Shape {
     }
 }
 
-/// The robot with these arms.
 fn robot([a, b, c]: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, GeometryError> {
     Robot::new([a.arm(drive)?, b.arm(drive)?, c.arm(drive)?])
 }

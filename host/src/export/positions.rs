@@ -5,6 +5,7 @@ use crate::accuracy::uncertainty::inside;
 use crate::files::input::InputError;
 use crate::files::robot_file::{RobotFile, Tooled};
 use crate::files::samples_file::Readings;
+use crate::geometry::centroid;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
@@ -89,8 +90,7 @@ impl Wanted {
 
     /// Their centre, mm.
     pub(super) fn centre(&self) -> Vector3<f64> {
-        let count = self.evaluated.len().max(1) as f64;
-        self.evaluated.iter().sum::<Vector3<f64>>() / count
+        centroid(self.evaluated.iter().copied())
     }
 }
 

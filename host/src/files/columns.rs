@@ -4,7 +4,6 @@
 use delta_cal::robot::Drive;
 use std::str::FromStr;
 
-/// The quantity in a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     /// A joint angle, or the travel of a linear drive: 0, 1 or 2.

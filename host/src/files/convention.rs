@@ -47,7 +47,6 @@ pub(super) const JOINT_UNITS: [(&str, Unit); 3] = [
     ("counts", Unit::Count),
 ];
 
-/// Length units in a robot file.
 pub(super) const LENGTH_UNITS: [(&str, Unit); 5] = [
     ("mm", Unit::Millimetre),
     ("cm", Unit::Centimetre),
@@ -96,7 +95,6 @@ impl Convention {
         }
     }
 
-    /// The unit that `[convention]` states for a quantity.
     pub(crate) fn stated_unit(&self, quantity: Quantity) -> Option<Unit> {
         match quantity.usual_unit() {
             Unit::Degree => self.joint_unit,

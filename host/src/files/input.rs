@@ -28,7 +28,6 @@ pub enum Cells {
 }
 
 impl Cells {
-    /// The text of a cell.
     pub(crate) fn text(&self, row: usize) -> Option<Cow<'_, str>> {
         match self {
             Self::Numbers(all) => all.get(row).map(|own| format!("{own:?}").into()),
@@ -36,7 +35,6 @@ impl Cells {
         }
     }
 
-    /// How many there are.
     pub(crate) fn count(&self) -> usize {
         match self {
             Self::Numbers(all) => all.len(),
@@ -176,7 +174,6 @@ impl InputText {
         self.cells.as_deref()
     }
 
-    /// The column mapping.
     pub(crate) const fn columns(&self) -> &ColumnMapping {
         &self.columns
     }

@@ -5,6 +5,7 @@ mod section;
 mod write;
 
 use super::convention::Convention;
+use super::samples_file::Kind;
 use crate::geometry::{LIMIT_MARGIN, Parallelograms, PlatformPose, Reach, Region, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
@@ -21,7 +22,6 @@ const STEPS: u32 = 50;
 /// The tool is there, mm.
 const THERE: f64 = 1e-9;
 
-/// The key of a parameter in an `[[arm]]` section.
 const fn arm_key(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::Dx => "dx_mm",
@@ -196,6 +196,21 @@ impl RobotFile {
         own
     }
 
+    /// The stated σ of a kind of reading, mm; of coordinates the rms over the axes.
+    pub(crate) fn sigma(&self, kind: Kind) -> Option<f64> {
+        match kind {
+            Kind::Position => self.noise.map(|own| own.position()),
+            Kind::Height => self.instruments.height_noise,
+            Kind::Distance => self.instruments.distance_noise,
+        }
+    }
+
+    /// The stated noise of the joints, radians or mm.
+    pub(crate) fn joint_noise(&self) -> Option<f64> {
+        let beside = self.noise.map(|own| own.joint());
+        beside.or(self.instruments.joint_noise)
+    }
+
     /// The point of the platform for which errors are stated.
     pub fn tool(&self) -> Tool {
         Tool {
@@ -276,7 +291,6 @@ impl Tool {
     }
 }
 
-/// A robot and the tool that it carries.
 pub(crate) type Tooled<'a> = (&'a Robot<f64>, &'a Tool);
 
 /// The tolerance with every σ multiplied by `factor`.
@@ -343,14 +357,22 @@ pub struct Target {
 }
 
 impl InstrumentFacts {
-    /// The target of rows that name none.
-    pub fn target(&self) -> Option<&Target> {
-        self.targets.iter().find(|own| own.name == ONLY_TARGET)
+    pub(crate) fn target(&self, name: &str) -> Option<&Target> {
+        self.targets.iter().find(|own| own.name == name)
     }
 
-    /// Where it is, mm; at the platform point if none is stated.
+    pub(crate) fn plane(&self, name: &str) -> Option<&KnownPlane> {
+        self.planes.iter().find(|own| own.name == name)
+    }
+
+    pub(crate) fn point(&self, name: &str) -> Option<&NamedPoint> {
+        self.points.iter().find(|own| own.name == name)
+    }
+
+    /// Where the target of rows that name none is, mm; at the platform point if none is stated.
     pub fn target_place(&self) -> Vector3<f64> {
-        self.target().map_or_else(Vector3::zeros, |own| own.place)
+        let own = self.target(ONLY_TARGET);
+        own.map_or_else(Vector3::zeros, |own| own.place)
     }
 }
 

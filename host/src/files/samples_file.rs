@@ -16,6 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 pub use pairs::Joined;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::hash::Hash;
 use table::{Table, TableRow};
 
 /// Readings per row: x, y, z, height, distance.
@@ -211,31 +212,21 @@ impl Reading {
     }
 
     /// What tells rows apart: every bit but those of σ.
-    pub(crate) fn bits(&self) -> [u64; 14] {
-        let place = |own: Option<usize>| own.map_or(u64::MAX, |own| own as u64);
-        let (point, [from1, from2, from3]) = match self.distance {
+    pub(crate) fn bits(&self) -> impl Hash + Ord + use<> {
+        let (point, from) = match self.distance {
             Some((ReadingFrom::Point(point), _)) => (Some(point), [None; 3]),
             Some((ReadingFrom::Pose(joints), _)) => (None, joints.map(Some)),
             None => (None, [None; 3]),
         };
-        let [one, two, three] = self.joints.map(f64::to_bits);
-        let [x, y, z, height, distance] = self.read();
         let number = |own: Option<f64>| own.map_or(u64::MAX, f64::to_bits);
-        let from = [number(from1), number(from2), number(from3)];
-        let [from1, from2, from3] = from;
-        let read = [
-            number(x),
-            number(y),
-            number(z),
-            number(height),
-            number(distance),
-        ];
-        let [x, y, z, height, distance] = read;
-        let (plane, point) = (place(self.height.map(|(plane, _)| plane)), place(point));
-        let target = place(Some(self.target));
-        [
-            one, two, three, x, y, z, height, distance, from1, from2, from3, plane, point, target,
-        ]
+        let place = |own: Option<usize>| own.unwrap_or(usize::MAX);
+        let plane = self.height.map(|(plane, _)| plane);
+        (
+            self.joints.map(f64::to_bits),
+            self.read().map(number),
+            from.map(number),
+            [plane, point, Some(self.target)].map(place),
+        )
     }
 
     /// The kind of the first reading.
@@ -368,13 +359,10 @@ impl Readings {
 
     /// A file of complete positions, starting at line 2.
     pub fn of_samples(name: impl Into<String>, samples: &[Sample<f64>]) -> Self {
-        let rows = (2..).zip(samples).map(|(line, sample)| Row {
-            line,
-            value: Reading::of(sample),
-        });
+        let rows: Vec<_> = samples.iter().map(Reading::of).collect();
         Self {
-            rows: rows.collect(),
-            ..Self::of_name(name)
+            name: name.into(),
+            ..Self::of_readings(&rows)
         }
     }
 
@@ -537,8 +525,8 @@ impl Readings {
                 datum.seen = *seen;
             }
         }
-        let joint = robot.noise.map(|noise| noise.joint()).or(facts.joint_noise);
-        let noise = position.and_then(|sigma| Noise::new(sigma, joint.unwrap_or_default()).ok());
+        let joint = robot.joint_noise().unwrap_or_default();
+        let noise = position.and_then(|sigma| Noise::new(sigma, joint).ok());
         own.noise = noise.or(robot.noise);
         facts.height_noise = height.or(facts.height_noise);
         facts.distance_noise = distance.or(facts.distance_noise);
@@ -649,7 +637,6 @@ impl Readings {
         Ok(reading)
     }
 
-    /// The target that a row names, or the only one.
     fn target(&mut self, row: &TableRow<'_>) -> usize {
         index_of(
             &mut self.targets,

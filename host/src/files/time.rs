@@ -48,7 +48,6 @@ pub(crate) fn seconds(text: &str) -> Option<f64> {
     Some(date_of(date)? + time_of_day(time)? - offset)
 }
 
-/// Seconds from 1970 to a date.
 fn date_of(text: &str) -> Option<f64> {
     let mut parts = text.splitn(3, '-');
     let (year, month, day) = (parts.next()?, parts.next()?, parts.next()?);

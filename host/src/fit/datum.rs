@@ -6,7 +6,6 @@ use crate::files::input::InputError;
 use crate::files::robot_file::{DatumPoint, RobotFile};
 use crate::text::count;
 use delta_cal::frame::RigidTransform;
-use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Fewest points that determine a frame.
 const LEAST: usize = 3;
@@ -71,6 +70,20 @@ impl Datum {
                 )))
             }
             _ => Ok(Some(datum)),
+        }
+    }
+
+    /// The frame of the coordinates, if the file says which: the base's, or that of the datum points.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of), in a sensor's frame.
+    pub(crate) fn known_frame(
+        robot: &RobotFile,
+        frame: Frame,
+    ) -> Result<Option<RigidTransform<f64>>, InputError> {
+        match frame {
+            Frame::Base => Ok(Some(RigidTransform::identity())),
+            Frame::Sensor => Ok(Self::of(robot, frame)?.map(|own| own.frame)),
         }
     }
 
@@ -159,16 +172,4 @@ impl Datum {
             .iter()
             .map(move |point| (point, point.sigma.unwrap_or(shown).hypot(noise)))
     }
-}
-
-/// (I, −[x]×): displacement of a point by a translation and a rotation.
-pub(crate) fn motion(x: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
-    let mut columns = SMatrix::<f64, 3, 6>::zeros();
-    columns
-        .fixed_columns_mut::<3>(0)
-        .copy_from(&Matrix3::identity());
-    columns
-        .fixed_columns_mut::<3>(3)
-        .copy_from(&-x.cross_matrix());
-    columns
 }

@@ -72,7 +72,6 @@ impl Found {
 }
 
 impl Task<'_> {
-    /// Solves with these σ of the readings.
     pub(super) fn solve(&self, levels: &Levels) -> Result<Solution, Unsolved> {
         let given = match self.method {
             Method::Fkm => None,

@@ -19,6 +19,7 @@ use crate::effects::{
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::geometry::centroid;
 use crate::halt;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
@@ -62,7 +63,7 @@ pub(crate) fn stated(
         targets
     };
     let targets = names.iter().enumerate().filter_map(|(index, name)| {
-        let own = facts.targets.iter().find(|own| own.name == *name)?;
+        let own = facts.target(name)?;
         let [mean, sigma] = [own.place, own.sigma].map(|own| own.as_slice().to_vec());
         let mut found = Estimated::new(Effect::of(EffectKind::Target).at(index), mean, sigma);
         if frame == Frame::Sensor && facts.datum.is_empty() && names.len() == 1 {
@@ -280,6 +281,11 @@ impl State {
         all.find(|own| own.effect.kind == EffectKind::Bed)
     }
 
+    fn of_kind(&self, kind: EffectKind) -> impl Iterator<Item = &Estimated> {
+        let all = self.effects.iter();
+        all.filter(move |own| own.effect.kind == kind)
+    }
+
     /// The effects that are removed from readings; the frame of the datum is that of `found` itself.
     fn removed(&self) -> Vec<(Effect, &[f64])> {
         let own = self.effects.iter();
@@ -306,8 +312,7 @@ impl State {
         let pairs = readings.rows.iter().enumerate().filter_map(|(index, row)| {
             let sample = row.value.sample()?;
             let at = At::new(&self.own, &sample.joints)?;
-            let own = self.effects.iter();
-            let own = own.filter(|own| own.effect.kind == EffectKind::Target);
+            let own = self.of_kind(EffectKind::Target);
             let beside = own.map(|own| own.effect.displacement(&at, &course, index, &own.by));
             Some((at.position + beside.sum::<Vector3<f64>>(), sample.position))
         });
@@ -316,11 +321,8 @@ impl State {
 
     /// How the frame that was found moves targets against where the last frame had them.
     fn turn(&self, solution: &Solution, readings: &Readings) -> Turn {
-        let targets = self.effects.iter();
-        let targets = targets.filter(|own| own.effect.kind == EffectKind::Target);
-        let targets: Vec<_> = targets.collect();
         let shift = |frame: &Option<RigidTransform<f64>>, index: usize| {
-            let mut own = targets.iter();
+            let mut own = self.of_kind(EffectKind::Target);
             let own = own.find(|own| own.effect.index == index);
             let by = own.map_or_else(Vector3::zeros, |own| Vector3::from_row_slice(&own.by));
             frame.map_or(by, |frame| frame.rotation * by)
@@ -329,7 +331,7 @@ impl State {
         let moves = rows
             .map(|index| shift(&solution.places.frame, index) - shift(&self.found.frame, index));
         let moves: Vec<_> = moves.collect();
-        let mean = moves.iter().sum::<Vector3<f64>>() / f64::max(moves.len() as f64, 1.0);
+        let mean = centroid(moves.iter().copied());
         let spread = moves
             .iter()
             .map(|own| (own - mean).norm())
@@ -353,10 +355,7 @@ impl State {
             }
         }
         if let (Some(datum), Some(frame)) = (&self.datum, &self.found.frame) {
-            let scale = self
-                .effects
-                .iter()
-                .find(|own| own.effect.kind == EffectKind::Scale);
+            let scale = self.of_kind(EffectKind::Scale).next();
             let scale = scale.map_or(0.0, |own| own.by[0]);
             for (point, sigma) in datum.points(noise) {
                 let seen = frame.inverse().apply(&point.seen);

@@ -74,12 +74,7 @@ pub(crate) fn levels(robot: &RobotFile) -> Option<Levels> {
 
 /// Whether the robot file states σ of a kind of reading; if not, it is estimated.
 pub(crate) fn is_stated(robot: &RobotFile, kind: Kind) -> bool {
-    let facts = &robot.instruments;
-    match kind {
-        Kind::Position => robot.noise.is_some(),
-        Kind::Height => facts.height_noise.is_some(),
-        Kind::Distance => facts.distance_noise.is_some(),
-    }
+    robot.sigma(kind).is_some()
 }
 
 /// The planes and points of a file, with what the robot file states about them, as the platform point meets them: a target
@@ -88,14 +83,14 @@ pub fn places(robot: &RobotFile, file: &Readings) -> (Vec<Plane<f64>>, Vec<Point
     let facts = &robot.instruments;
     let target = facts.target_place();
     let planes = file.planes.iter().map(|name| {
-        let known = facts.planes.iter().find(|plane| plane.name == *name);
+        let known = facts.plane(name);
         Plane {
             known: known.map(|plane| (plane.height - target.z, plane.sigma)),
             level: known.and_then(|plane| plane.tilt).map(f64::tan),
         }
     });
     let points = file.points.iter().map(|name| {
-        let known = facts.points.iter().find(|point| point.name == *name);
+        let known = facts.point(name);
         Point {
             known: known.and_then(|point| {
                 let (place, sigma) = point.place?;

@@ -163,7 +163,6 @@ where
     })
 }
 
-/// The state of a row in the robust fit.
 #[derive(Debug, Clone, Copy)]
 struct State {
     /// Its weight by its own stated σ.

@@ -214,10 +214,15 @@ impl Solution {
         })
     }
 
+    /// The first effect of a kind, if one is estimated.
+    pub(crate) fn effect(&self, kind: EffectKind) -> Option<&Estimated> {
+        let mut effects = self.effects.iter();
+        effects.find(|own| own.effect.kind == kind)
+    }
+
     /// The tilt of the platform, if it is estimated.
     pub(crate) fn tilt(&self) -> Option<&Estimated> {
-        let mut effects = self.effects.iter();
-        effects.find(|own| own.effect.kind == EffectKind::Tilt)
+        self.effect(EffectKind::Tilt)
     }
 
     /// Covariance of the 24 parameters alone.
@@ -228,8 +233,7 @@ impl Solution {
     /// Degrees of freedom of an estimated noise, the fewest of all kinds; `None` if every noise is stated. That of heights
     /// counts as known where maps say what beds and touches usually are.
     pub fn estimated_freedom(&self) -> Option<f64> {
-        let mut effects = self.effects.iter();
-        let bed = effects.any(|own| own.effect.kind == EffectKind::Bed);
+        let bed = self.effect(EffectKind::Bed).is_some();
         let known = |own: &&KindNoise| own.stated || (bed && own.kind == Kind::Height);
         let estimated = self.noise.iter().filter(|own| !known(own));
         estimated.map(|own| own.known).reduce(f64::min)

@@ -20,7 +20,6 @@ pub(super) type Rows<const R: usize> = OMatrix<f64, Dyn, Const<R>>;
 pub(super) struct Pool<const R: usize> {
     /// The sensitivity of each candidate's readings, V: its information is V Vᵀ.
     pub(super) rows: Vec<Rows<R>>,
-    /// The kind of each candidate.
     pub(super) kinds: Vec<usize>,
     /// How many of each kind a set may hold.
     pub(super) most: Vec<usize>,

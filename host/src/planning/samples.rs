@@ -19,7 +19,6 @@ use crate::fit::jointly::of_platform_point;
 use crate::fit::solution::{RobotCovariance, of_parameters};
 use crate::judge::known::Known;
 use crate::text::in_file_units;
-use delta_cal::frame::RigidTransform;
 use delta_cal::{ArmIndex, Parameter, Robot};
 use nalgebra::DMatrix;
 use rand_core::SeedableRng;
@@ -92,13 +91,8 @@ impl Determined {
         unmeasured: &[u64],
     ) -> Result<Self, PlanError> {
         let weighted = file.noise_into(request.robot);
-        let known = match request.frame {
-            Frame::Base => Some(RigidTransform::identity()),
-            Frame::Sensor => {
-                let datum = Datum::of(request.robot, request.frame).ok().flatten();
-                datum.map(|own| own.frame)
-            }
-        };
+        // An invalid datum was refused earlier.
+        let known = Datum::known_frame(request.robot, request.frame).unwrap_or_default();
         let mut setup = Setup::of_rows(&weighted, file, unmeasured, request.frame);
         let file = &of_platform_point(request.robot, file, known);
         let robot = setup.robot.robot.clone();

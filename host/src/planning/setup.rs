@@ -1,11 +1,12 @@
 //! Where the instruments stand, how accurate they are, and what they read at a pose.
 
 use super::request::{Kind, PlanRequest};
+use crate::accuracy::rigid_motion;
 use crate::accuracy::uncertainty::inside;
 use crate::effects::{Places, PlaneFound, PointFound};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile, Target};
 use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
-use crate::fit::datum::{Datum, motion};
+use crate::fit::datum::Datum;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
 use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Options, solve};
@@ -133,10 +134,7 @@ impl Setup {
             _ => 0,
         };
         let name = self.targets.get(target);
-        let stated = name.and_then(|name| {
-            let mut stated = self.robot.instruments.targets.iter();
-            stated.find(|own| own.name == *name)
-        });
+        let stated = name.and_then(|name| self.robot.instruments.target(name));
         let beside = match (kind, stated) {
             (Kind::Position(_), Some(own)) => own.place,
             _ => self.target,
@@ -240,7 +238,7 @@ impl Setup {
             ..Places::default()
         };
         let planes = named.planes.iter().zip(planes).map(|(name, known)| {
-            let stated = facts.planes.iter().find(|own| own.name == *name);
+            let stated = facts.plane(name);
             let blocks = stated.map(|own| &own.blocks).filter(|own| !own.is_empty());
             PlaneAt {
                 name: name.clone(),
@@ -249,7 +247,7 @@ impl Setup {
             }
         });
         let points = named.points.iter().zip(points).map(|(name, known)| {
-            let stated = facts.points.iter().find(|own| own.name == *name);
+            let stated = facts.point(name);
             PointAt {
                 name: name.clone(),
                 lengths: stated.and_then(|own| own.lengths).unwrap_or(LENGTHS),
@@ -263,7 +261,9 @@ impl Setup {
             let each = facts.datum.iter().map(|point| {
                 let place = frame.rotation * point.place;
                 let mut columns = SMatrix::<f64, 3, 7>::zeros();
-                columns.fixed_columns_mut::<6>(0).copy_from(&motion(&place));
+                columns
+                    .fixed_columns_mut::<6>(0)
+                    .copy_from(&rigid_motion::columns(&place));
                 columns.set_column(6, &place);
                 columns.tr_mul(&columns) / point.sigma.unwrap_or_default().hypot(sigma).powi(2)
             });
@@ -375,8 +375,8 @@ impl Setup {
     pub(super) fn as_used(&mut self, rows: &[Reading]) {
         let facts = &self.robot.instruments;
         for (index, plane) in self.planes.iter_mut().enumerate() {
-            let mut stated = facts.planes.iter().filter(|own| own.name == plane.name);
-            if stated.any(|own| !own.blocks.is_empty()) {
+            let stated = facts.plane(&plane.name);
+            if stated.is_some_and(|own| !own.blocks.is_empty()) {
                 continue;
             }
             let heights = rows.iter().filter_map(|row| row.height);
@@ -406,8 +406,8 @@ impl Setup {
             self.lengths = lengths(&|from| matches!(from, ReadingFrom::Pose(_)));
         }
         for (index, point) in self.points.iter_mut().enumerate() {
-            let mut stated = facts.points.iter().filter(|own| own.name == point.name);
-            if stated.all(|own| own.lengths.is_none()) {
+            let stated = facts.point(&point.name);
+            if stated.is_none_or(|own| own.lengths.is_none()) {
                 point.lengths = lengths(&|from| *from == ReadingFrom::Point(index));
             }
         }
@@ -415,17 +415,12 @@ impl Setup {
 
     /// The noise of what is measured, and the tolerance, in words.
     pub(super) fn assumptions(&self, planned: &[Planned]) -> String {
-        let facts = &self.robot.instruments;
         let noise = self.robot.noise;
-        let sigma = |kind| match kind {
-            ReadingKind::Position => noise.map(|own| own.position()),
-            ReadingKind::Height => facts.height_noise,
-            ReadingKind::Distance => facts.distance_noise,
-        };
         let mut kinds = Vec::new();
         for kind in ReadingKind::ALL {
             if planned.iter().any(|own| own.kind.reads() == kind) {
-                kinds.extend(sigma(kind).map(|sigma| format!("{} {sigma} mm", kind.plural())));
+                let sigma = self.robot.sigma(kind);
+                kinds.extend(sigma.map(|sigma| format!("{} {sigma} mm", kind.plural())));
             }
         }
         let drive = self.robot.robot.drive();

@@ -33,7 +33,6 @@ pub(crate) fn render(title: &str, body: &Markup) -> String {
     page.into_string() + "\n"
 }
 
-/// A figure with a caption.
 pub(crate) fn figure(figure: &Figure, caption: &str) -> Markup {
     html! {
         figure {
@@ -48,7 +47,6 @@ pub(crate) fn drawing() -> Markup {
     html! { figure.model { div.scroll { (PreEscaped(DRAWING)) } } }
 }
 
-/// Where to sign.
 pub(crate) fn signature() -> Markup {
     html! { div.signature { span { "Date" } span { "Name and signature" } } }
 }

@@ -249,7 +249,6 @@ impl Drawn<'_> {
     }
 }
 
-/// Text size.
 const TEXT: f64 = 12.0;
 /// Width of a letter relative to the text size, for wide fonts.
 const LETTER: f64 = 0.62;
@@ -265,9 +264,7 @@ const KEY: f64 = 22.0;
 const GAP: f64 = 8.0;
 /// Discs are drawn smaller if there are more than this.
 const MANY: usize = 250;
-/// Line width.
 const LINE: f64 = 1.75;
-/// Ring radius.
 const RING: f64 = 6.0;
 /// Colour of grid lines.
 const GRID: &str = "#DDDDDD";

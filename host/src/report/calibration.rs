@@ -35,7 +35,6 @@ impl Report {
     }
 }
 
-/// A refused calibration, for programs.
 #[derive(Serialize)]
 struct RefusalReport<'a> {
     schema_version: u32,

@@ -79,7 +79,7 @@ pub fn render(summaries: &[CaseSummary]) -> String {
          worse: accepted robots whose error grew. bound, stated: √(Σ error² / Σ σ²) of the accepted robots' \
          parameters with σ of the Cramér–Rao bound, and of their positions with the stated σ."
     ));
-    parts.push(refusals(summaries).into_iter().fold(notes, Section::text));
+    parts.push(notes.texts(refusals(summaries)));
     terminal::text(parts)
 }
 
@@ -164,8 +164,7 @@ pub fn render_paper(comparisons: &[Comparison]) -> String {
         })
         .column("ms\nhere", |row| {
             or_dash(row.seconds, |seconds| format!("{:.2}", 1e3 * seconds))
-        })
-        .table();
+        });
     let note = "gain: (4.1), median; a refused robot has gain 0. LM, GN: least squares by \
                 Levenberg–Marquardt and Gauss–Newton, as in the paper. prior: with noise and tolerance known; planned poses: and with poses from plan.";
     terminal::text([Section::new("").table(table).note(note)])

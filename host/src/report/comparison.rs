@@ -27,10 +27,7 @@ pub fn text(found: &Comparison) -> String {
         let mm = |value: f64| significant(value, 2);
         let table = Table::of(["x", "y", "z", "distance"].into_iter().zip(moved))
             .column("change, mm", |(axis, _)| *axis)
-            .column("mean", |(_, own)| mm(own[0]))
-            .column("rms", |(_, own)| mm(own[1]))
-            .column("worst", |(_, own)| mm(own[2]))
-            .table();
+            .vector(["mean", "rms", "worst"], |(_, own)| own.map(mm));
         let said = match (found.sigma_mm, found.changed) {
             (Some(sigma), Some(changed)) => format!(
                 "{} than 2 σ of it ({} mm, from the expected errors of both files).",

@@ -42,8 +42,7 @@ pub fn text(plan: &Plan) -> String {
     });
     sentences.extend(places(plan));
     sentences.extend(targets(plan));
-    let section = sentences.into_iter().fold(Section::new(""), Section::text);
-    terminal::text([section, expected(plan)])
+    terminal::text([Section::new("").texts(sentences), expected(plan)])
 }
 
 /// "20 measurements, 1 of them repeated: 13 heights above a plane and 8 distances between two poses".
@@ -295,7 +294,7 @@ pub fn samples_text(determined: &Determined) -> String {
     } else if !determined.next.is_empty() {
         let csv = csv(&determined.next, &determined.setup.robot.convention);
         let section = Section::new("Best additional measurements, in this order");
-        parts.push(csv.lines().fold(section, Section::text));
+        parts.push(section.texts(csv.lines()));
     }
     terminal::text(parts)
 }

@@ -22,10 +22,7 @@ const MANY_ON_A_PAGE: usize = 2_500;
 /// The validation for the terminal.
 pub fn text(found: &Validation) -> String {
     let figures = Section::new("").table(figures(found)).text(measured(found));
-    let verdict = match found.verdict {
-        Verdict::Pass => Part::Good(verdict(found)),
-        _ => Part::Doubts(verdict(found), Vec::new()),
-    };
+    let verdict = Part::verdict(found.verdict == Verdict::Pass, verdict(found));
     let mut sections = vec![Section::new("").text(headline(found)), figures];
     sections.extend(found.repeatability.as_ref().map(repeatability));
     sections.extend(warnings(found).map(|part| Section::new("").part(part)));
@@ -85,7 +82,6 @@ fn headline(found: &Validation) -> String {
     )
 }
 
-/// The verdict in one sentence.
 fn verdict(found: &Validation) -> String {
     format!("{}: {}", title(found.verdict), reason(found))
 }
@@ -99,7 +95,6 @@ const fn title(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The reason for the verdict.
 fn reason(found: &Validation) -> String {
     if let Some(Step { text, line, .. }) = &found.step {
         let rows = count(found.row_count, "row");
@@ -147,7 +142,6 @@ fn reason(found: &Validation) -> String {
     format!("rms {of} {side} the limit of {limit} mm{guarded} (confidence {sure}).")
 }
 
-/// The decision rule.
 fn rule(found: &Validation) -> String {
     match found.guard_band_mm {
         None => "Decision rule: simple acceptance. Pass if the 95 % interval of the rms error ends below the limit.".to_owned(),
@@ -165,9 +159,9 @@ fn axes(found: &Validation) -> Table {
     let rows = ["x", "y", "z", "distance"].into_iter().zip(&found.axes_mm);
     Table::of(rows)
         .column("deviation as measured, mm", |(axis, _)| *axis)
-        .column("mean", |(_, own)| significant(own[0], 2))
-        .column("rms", |(_, own)| significant(own[1], 2))
-        .column("worst", |(_, own)| significant(own[2], 2))
+        .vector(["mean", "rms", "worst"], |(_, own)| {
+            own.map(|own| significant(own, 2))
+        })
         .table()
 }
 
@@ -193,7 +187,6 @@ const fn error_of(found: &Validation) -> &'static str {
     }
 }
 
-/// The figures with their intervals.
 fn figures(found: &Validation) -> Table {
     let cells = |figure: &Bounded, limit: String| {
         let estimate = format!("{:.*}", decimals(figure), figure.value);
@@ -328,7 +321,6 @@ struct Contents<'a> {
     #[serde(flatten)]
     found: &'a Validation,
     passed: bool,
-    /// The verdict in one sentence.
     text: String,
     /// With more than 10,000 rows, the number in `rows`.
     sampled: Option<Sampled>,

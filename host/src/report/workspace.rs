@@ -7,9 +7,7 @@ use crate::geometry::Limit;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Section, Table, terminal};
 use crate::text::count;
-use crate::workspace::{
-    Analysis, BoundaryPoint, Cylinder, Extent, LimitShare, ParameterInfluence, ToleranceBand, unit,
-};
+use crate::workspace::{Analysis, BoundaryPoint, Extent, ParameterInfluence, ToleranceBand, unit};
 use delta_cal::ArmIndex;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -107,7 +105,11 @@ pub fn to_text(report: &Analysis) -> String {
                 report.tolerance_mm,
                 report.spacing_mm
             )),
-        Section::new("What limits the boundary").table(limits(&report.limits)),
+        Section::new("What limits the boundary").table(
+            Table::of(&report.limits)
+                .column("limit", |own| own.kind.clone())
+                .column("share of the area", |own| format!("{:.1} %", 100.0 * own.share)),
+        ),
         cylinders(report),
         Section::new("Influence of the parameters on the boundary")
             .table(influence(&report.influence))
@@ -127,15 +129,6 @@ pub fn to_text(report: &Analysis) -> String {
     terminal::text(sections)
 }
 
-fn limits(limits: &[LimitShare]) -> Table {
-    Table::of(limits)
-        .column("limit", |limit| limit.kind.clone())
-        .column("share of the area", |limit| {
-            format!("{:.1} %", 100.0 * limit.share)
-        })
-        .table()
-}
-
 /// Number of cylinders shown besides the largest.
 const CYLINDERS: usize = 8;
 
@@ -147,15 +140,14 @@ fn cylinders(report: &Analysis) -> Section {
     };
     let stride = report.cylinders.len().div_ceil(CYLINDERS).max(1);
     let chosen = report.cylinders.iter().skip(stride - 1).step_by(stride);
-    let length = |of: fn(&Cylinder) -> f64| move |row: &&Cylinder| format!("{:.1}", of(row));
+    let headings = ["diameter, mm", "height, mm", "from z, mm", "to z, mm"];
     let table = Table::of([largest].into_iter().chain(chosen))
-        .column("diameter, mm", length(|of| of.diameter_mm))
-        .column("height, mm", length(|of| of.height_mm))
-        .column("from z, mm", length(|of| of.bottom_mm))
-        .column("to z, mm", length(|of| of.top_mm))
+        .vector(headings, |of| {
+            [of.diameter_mm, of.height_mm, of.bottom_mm, of.top_mm].map(|own| format!("{own:.1}"))
+        })
         .column("litres", |of| format!("{:.2}", of.litres))
         .column("", |of| if *of == largest { "the largest" } else { "" });
-    section.table(table.table())
+    section.table(table)
 }
 
 fn influence(influence: &[ParameterInfluence]) -> Table {

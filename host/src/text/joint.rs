@@ -32,6 +32,14 @@ pub fn key(name: &str, drive: Drive) -> String {
     format!("{name}_{}", unit(drive))
 }
 
+/// From the unit of files: radians, or mm.
+pub(crate) fn inwards(drive: Drive, value: f64) -> f64 {
+    match drive {
+        Drive::Rotary => value.to_radians(),
+        Drive::Linear => value,
+    }
+}
+
 /// The value in the unit of files and reports; it reads back as the same number.
 pub fn in_file(drive: Drive, value: f64) -> f64 {
     match drive {

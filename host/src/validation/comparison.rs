@@ -1,7 +1,7 @@
 //! Two files of one robot: how far its positions moved over the workspace, and whether that is more than their σ.
 
 use crate::accuracy::expanded::of_vectors;
-use crate::accuracy::rigid_motion::RigidMotions;
+use crate::accuracy::rigid_motion::{RigidMotions, moved};
 use crate::accuracy::uncertainty::inside;
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
@@ -43,11 +43,7 @@ impl Comparison {
             return Err(fault("one robot has towers and the other has not"));
         }
         let poses = inside(&to.robot, &to.reach());
-        let moved = poses.iter().filter_map(|pose| {
-            let before = from.robot.forward(&pose.joints).ok()?;
-            Some((pose.position, pose.position - before))
-        });
-        let moved: Vec<_> = moved.collect();
+        let moved = moved(&from.robot, &poses);
         let motions = RigidMotions::of(moved.iter().map(|(at, _)| *at));
         let motions = motions.ok_or_else(|| fault("the two robots have no workspace in common"))?;
         let stated = |own: &nalgebra::Vector3<f64>| to.convention.vector(own);

@@ -21,7 +21,6 @@ const TILT: f64 = 0.1;
 /// Step of a joint for derivatives, radians or mm.
 const STEP: f64 = 1e-6;
 
-/// The deviations of all readings.
 pub(super) struct Deviations {
     pub(super) rows: Vec<Deviation>,
     /// Transform from the robot's frame to the sensor's, if fitted.
@@ -215,15 +214,12 @@ fn noise(
     own: &[usize],
     off: &DVector<f64>,
 ) -> Option<RowNoise> {
-    let facts = &robot.instruments;
-    let joint = robot.noise.map(|own| own.joint()).or(facts.joint_noise);
-    let joint = joint.unwrap_or_default();
+    let joint = robot.joint_noise().unwrap_or_default();
     let variance = |place: &usize| {
         let kind = Kind::of_place(*place);
         let stated = match kind {
             Kind::Position => robot.noise.map(|own| own.position_by_axis()[*place]),
-            Kind::Height => facts.height_noise,
-            Kind::Distance => facts.distance_noise,
+            kind => robot.sigma(kind),
         };
         let sigma = row.sigma.filter(|_| row.kind() == Some(kind)).or(stated);
         sigma.map(|sigma| sigma * sigma)

@@ -170,7 +170,6 @@ pub(super) const PART: f64 = 1.0 / 64.0;
 pub(super) type Intervals = Vec<(f64, f64)>;
 
 impl Workspace {
-    /// The reachable intervals of all grid lines along an axis.
     pub(super) fn lines_along(&self, axis: usize) -> Vec<Intervals> {
         let (direction, length) = (Vector3::ith(axis, 1.0), self.grid.length(axis));
         cores::map(0..self.grid.lines(axis), |line| {

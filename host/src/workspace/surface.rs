@@ -109,7 +109,6 @@ impl<'a> Surface<'a> {
         (gradient.norm() > 0.0).then_some(gradient)
     }
 
-    /// The outward normal.
     pub(super) fn normal(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Option<Vector3<f64>> {
         self.gradient(robot, x).map(|gradient| gradient.normalize())
     }

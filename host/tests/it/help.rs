@@ -104,7 +104,7 @@ fn examples_of_the_help_work() {
                 "config.g",
                 "init ",
                 " | ",
-                "--accuracy",
+                "--limit 0.05mm",
             ];
             if left_out.iter().any(|part| example.contains(part)) {
                 continue;
@@ -149,7 +149,7 @@ fn the_template_is_a_robot_file_with_every_key() {
         let full = read(&whole(&text));
         assert_eq!(full.instruments.planes.len(), 1);
         assert_eq!(full.instruments.points.len(), 1);
-        assert!(full.instruments.target().is_some() && full.record.stated("date").is_some());
+        assert!(!full.instruments.targets.is_empty() && full.record.stated("date").is_some());
         // What a plan asks for.
         let lengths = [full.instruments.points[0].lengths, full.instruments.lengths];
         assert!(

@@ -184,7 +184,7 @@ fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
     // The best heights are at more places than twenty can be.
     for (kinds, accuracy) in [("xyz", 0.014), ("plane", 0.055)] {
         let plan = format!("robot.toml --measure {kinds}");
-        let found = json(&folder, &format!("{plan} --accuracy {accuracy}mm"));
+        let found = json(&folder, &format!("{plan} --limit {accuracy}mm"));
         assert!(rms(&found) <= accuracy);
         let count = found["count"].as_u64().unwrap();
         let fewer = json(&folder, &format!("{plan} --count {}", count - 1));
@@ -225,8 +225,8 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
         robot.toml --count 5000 ⇒ 2 ⇒ --count must be 4 to 500
         robot.toml ⇒ 2 ⇒ --count
         robot.toml --count -3 ⇒ 2 ⇒ a whole number is needed
-        robot.toml --accuracy -1mm ⇒ 2 ⇒ length
-        robot.toml --accuracy 1mm --count 12 ⇒ 2 ⇒ cannot be used with
+        robot.toml --limit -1mm ⇒ 2 ⇒ length
+        robot.toml --limit 1mm --count 12 ⇒ 2 ⇒ cannot be used with
         robot.toml --count 12 --measure plate ⇒ 2 ⇒ 'plate' is not
         robot.toml --count 12 --measure plane,plane ⇒ 2 ⇒ given twice
         robot.toml --count 12 --measure plane=0 ⇒ 2 ⇒ whole number above 0

@@ -534,7 +534,7 @@ fn a_workspace_that_is_none_and_wrong_options_are_refused() {
     let table = "
         short.toml --output out ⇒ 3 ⇒ forearms do not meet | [joints]
         tight.toml --output out ⇒ 3 ⇒ the workspace is empty | forearm_max_deg forbids
-        robot.toml --tolerance 0mm ⇒ 2 ⇒ --tolerance | greater than 0
+        robot.toml --limit 0mm ⇒ 2 ⇒ --limit | greater than 0
         robot.toml --spacing=-3mm ⇒ 2 ⇒ --spacing | greater than 0
         robot.toml --spacing 0.01mm ⇒ 2 ⇒ 0.01mm is too small | minimum
         robot.toml --spacing 5m ⇒ 3 ⇒ thinner | smaller --spacing

@@ -117,7 +117,6 @@ impl RobotFile {
         Ok(own)
     }
 
-    /// Where the robot works.
     fn read_workspace(&mut self, file: &Section<'_>) -> Result<(), InputError> {
         let Some(own) = file.section("workspace", "within")? else {
             return Ok(());
@@ -266,11 +265,7 @@ impl RobotFile {
         facts.scale = own.optional_positive("scale")?;
         facts.oversize = own.optional_positive("oversize_mm")?;
         facts.bed = own.optional_positive("bed_mm")?;
-        let joint = own.number(&key)?;
-        let joint = match drive {
-            Drive::Rotary => joint.to_radians(),
-            Drive::Linear => joint,
-        };
+        let joint = joint::inwards(drive, own.number(&key)?);
         // Joint noise is checked in either case.
         let noise = Noise::by_axis(position.unwrap_or([1.0; 3]), joint);
         let noise = noise.map_err(|error| own.fault(error.to_string()))?;
@@ -343,7 +338,7 @@ impl RobotFile {
         let only = file.section("target", TARGET_KEYS)?;
         let only = only.map(|own| (ONLY_TARGET.to_owned(), own));
         for (name, own) in only.into_iter().chain(file.named("targets", TARGET_KEYS)?) {
-            if facts.targets.iter().any(|target| target.name == name) {
+            if facts.target(&name).is_some() {
                 let cause = format!("[target] is the target of this name, {name}");
                 return Err(own
                     .fault(cause)
@@ -621,8 +616,8 @@ fn limits(
     own.only(&format!("{least} {most} {of_motors}"))?;
     let (low, high) = (own.number(&least)?, own.number(&most)?);
     let inside = |stated: f64| match unit {
-        "deg" => stated.to_radians(),
-        _ => stated,
+        "rad" => stated,
+        _ => joint::inwards(drive, stated),
     };
     let (least, most) = convention.limits(inside(low), inside(high));
     let limits = match drive {

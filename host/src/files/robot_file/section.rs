@@ -64,17 +64,14 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Its position in the file.
     pub(super) fn place(&self) -> Range<usize> {
         self.place.clone()
     }
 
-    /// The line where it starts.
     pub(super) fn line(&self) -> u64 {
         self.input.line_at(self.place.start)
     }
 
-    /// A fault of the section.
     pub(super) fn fault(&self, cause: impl AsRef<str>) -> InputError {
         fault_at(self.input, self.place(), cause.as_ref())
     }
@@ -135,23 +132,19 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The value of an optional key.
     pub(super) fn optional<T: Value>(&self, key: &str) -> Result<Option<T>, InputError> {
         let value = self.table.get(key).map(T::of).transpose();
         value.map_err(|(place, cause)| fault_at(self.input, place, &cause))
     }
 
-    /// The value of a required key.
     pub(super) fn get<T: Value>(&self, key: &str) -> Result<T, InputError> {
         self.optional(key)?.ok_or_else(|| self.missing(key))
     }
 
-    /// The error for a missing key.
     pub(super) fn missing(&self, key: &str) -> InputError {
         self.fault(format!("missing field `{key}`"))
     }
 
-    /// A required number.
     pub(super) fn number(&self, key: &str) -> Result<f64, InputError> {
         self.get(key)
     }

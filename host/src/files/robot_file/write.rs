@@ -162,8 +162,7 @@ impl RobotFile {
         file.optional("oversize_mm", facts.oversize);
         file.optional("scale", facts.scale);
         file.optional("bed_mm", facts.bed);
-        let joint = self.noise.map(|noise| noise.joint()).or(facts.joint_noise);
-        let joint = joint.map(|own| joint::in_file(drive, own));
+        let joint = self.joint_noise().map(|own| joint::in_file(drive, own));
         file.optional(&joint::key("joint", drive), joint);
     }
 
@@ -222,7 +221,6 @@ fn word<T: PartialEq + Copy>(words: &[(&'static str, T)], own: T) -> &'static st
         .map_or("", |(word, _)| word)
 }
 
-/// A file as written so far.
 #[derive(Default)]
 struct File {
     text: String,

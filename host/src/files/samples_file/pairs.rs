@@ -121,15 +121,15 @@ impl Readings {
         rows.retain(|row| row.value.readings() > 0);
         let unread = measured
             .unread()
-            .filter(|own| by.is_none_or(|by| by.name != **own));
+            .filter(|(_, own)| by.is_none_or(|by| by.name != **own));
         let others = joints
             .unread()
-            .filter(|own| by.is_none_or(|by| by.other != **own));
+            .filter(|(_, own)| by.is_none_or(|by| by.other != **own));
         let joined = Joined {
             joints_file: joints.input.name().to_owned(),
             by: by.map(|key| key.name.clone()),
             unused: used.iter().filter(|used| !**used).count(),
-            ignored: unread.chain(others).cloned().collect(),
+            ignored: unread.chain(others).map(|(_, own)| own.clone()).collect(),
         };
         let mut file = Self {
             in_degrees: joints.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),

@@ -41,7 +41,6 @@ const LEAST_COLUMNS: usize = 3;
 /// Lines above the header that are searched.
 const MOST_ABOVE: usize = 100;
 
-/// A column to read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Column {
     /// Index of the column, from 0.
@@ -66,7 +65,6 @@ pub(super) struct Table<'a> {
     others: bool,
 }
 
-/// One row of a table.
 pub(super) struct TableRow<'a> {
     table: &'a Table<'a>,
     numbers: &'a RefCell<Numbers>,
@@ -284,7 +282,6 @@ impl<'a> Table<'a> {
         columns.find(|own| own.quantity == quantity).copied()
     }
 
-    /// Whether one of these quantities has a column.
     pub(super) fn has_any(&self, quantities: &[Quantity]) -> bool {
         let mut quantities = quantities.iter();
         quantities.any(|quantity| self.column(*quantity).is_some())
@@ -303,12 +300,11 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The names of columns that are not read.
-    pub(super) fn unread(&self) -> impl Iterator<Item = &String> {
+    /// The places and names of columns that are not read.
+    pub(super) fn unread(&self) -> impl Iterator<Item = (usize, &String)> {
         let read = |place| self.columns.iter().any(|own| own.place == place);
         let names = self.names.iter().enumerate();
-        let unread = names.filter(move |(place, _)| !read(*place));
-        unread.map(|(_, name)| name).filter(|name| is_named(name))
+        names.filter(move |(place, name)| !read(*place) && is_named(name))
     }
 
     /// The common unit of these quantities.
@@ -373,7 +369,6 @@ impl<'a> Table<'a> {
         ))
     }
 
-    /// A fault in the header.
     fn fault(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.input.name(), cause)
             .at_line(self.line)
@@ -424,10 +419,9 @@ impl<'a> Table<'a> {
 
     /// The columns that are not read: name and cells, row by row.
     pub(super) fn unread_cells(&self) -> Result<Vec<(String, Vec<String>)>, InputError> {
-        let mut columns: Vec<_> = self.unread().map(|own| (own.clone(), Vec::new())).collect();
-        let read: HashSet<_> = self.columns.iter().map(|own| own.place).collect();
-        let unread = |place: &usize| !read.contains(place) && is_named(&self.names[*place]);
-        let places: Vec<_> = (0..self.names.len()).filter(unread).collect();
+        let (places, names): (Vec<_>, Vec<_>) = self.unread().unzip();
+        let columns = names.into_iter().map(|own| (own.clone(), Vec::new()));
+        let mut columns: Vec<_> = columns.collect();
         self.each(|_, record| {
             for ((_, cells), place) in columns.iter_mut().zip(&places) {
                 cells.push(record.get(*place).unwrap_or_default().into_owned());
@@ -768,7 +762,6 @@ impl TableRow<'_> {
             .at_column(self.table.name_of(quantity))
     }
 
-    /// A fault of the whole row.
     pub(super) fn fault_of_row(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.table.input.name(), cause).at_line(self.line)
     }

@@ -50,7 +50,6 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
     page::render(&title, &body)
 }
 
-/// The decision rule of a limit.
 const RULE: &str = "Decision rule: simple acceptance. Pass if the expanded uncertainty of the calibrated positions is at \
     most the limit.";
 
@@ -113,18 +112,13 @@ fn residuals(report: &Report) -> Section {
 
 fn samples(report: &Report) -> Table {
     let convention = &report.before.convention;
-    let of_joint = |joint: usize| {
-        move |sample: &&super::SampleReport| {
-            format!("{:.3}", convention.joints(&sample.joints)[joint])
-        }
-    };
     let named = report.samples.iter().any(|own| own.name.is_some());
     let positions = report.samples.iter().any(|own| own.residual_mm.is_some());
     let off = |sample: &super::SampleReport, axis: usize| {
         let own = sample.residual_mm;
         own.map_or_else(String::new, |own| format!("{:+.4}", own[axis] + 0.0))
     };
-    let [q1, q2, q3] = convention
+    let names = convention
         .joint_names()
         .map(|name| name.replace("deg", "°"));
     Table::of(report.samples.iter().take(MOST))
@@ -132,9 +126,10 @@ fn samples(report: &Report) -> Table {
         .column_if(named, "name", |sample| {
             sample.name.clone().unwrap_or_default()
         })
-        .column(q1, of_joint(0))
-        .column(q2, of_joint(1))
-        .column(q3, of_joint(2))
+        .vector(names.each_ref().map(String::as_str), |sample| {
+            let joints = convention.joints(&sample.joints);
+            joints.map(|own| format!("{own:.3}"))
+        })
         .column("before, mm", |sample| {
             small_or("out of reach", sample.error_before_mm)
         })

@@ -1,8 +1,6 @@
 //! Text shared by the terminal and the HTML page.
 
-use super::{
-    ArmReport, ParameterReport, Report, RodsReport, TargetReport, TiltReport, TransmissionReport,
-};
+use super::{ArmReport, ParameterReport, Report, TargetReport, TiltReport};
 use crate::accuracy::budget::Contribution;
 use crate::effects::EffectKind;
 use crate::finding::Level;
@@ -67,14 +65,11 @@ fn heading(report: &Report) -> Section {
         "{} calibrated from {}",
         report.robot_file, report.samples_file
     );
-    let mut section = Section::new(title).text(how(report));
-    if let Some(convention) = &report.convention {
-        section = section.text(format!("Convention: {convention}."));
-    }
-    match report.origin {
-        Some(origin) => section.text(origin),
-        None => section,
-    }
+    let convention = report.convention.as_ref();
+    Section::new(title)
+        .text(how(report))
+        .texts(convention.map(|own| format!("Convention: {own}.")))
+        .texts(report.origin)
 }
 
 pub(super) fn parameters(report: &Report) -> Section {
@@ -85,36 +80,28 @@ pub(super) fn parameters(report: &Report) -> Section {
     });
     let rows: Vec<_> = rows.collect();
     let each = rows.len() / report.arms.len().max(1);
+    let stated = report.before.tolerance.is_some();
     // Scales have no unit and need more decimals.
     let decimals = |own: &ParameterReport| if own.unit.is_empty() { 6 } else { 4 };
     let table = Table::of(rows)
         .column("arm", |(arm, _): &Row<'_>| arm.arm)
         .column("parameter", |(_, own)| own.symbol)
-        .column("before", |(_, own)| {
-            format!("{:.*}", decimals(own), own.before)
+        .vector(["before", "after", "change", "σ"], |(_, own)| {
+            let decimals = decimals(own);
+            let [before, after, sigma] =
+                [own.before, own.after, own.sigma].map(|own| format!("{own:.decimals$}"));
+            [before, after, format!("{:+.decimals$}", own.change), sigma]
         })
-        .column("after", |(_, own)| {
-            format!("{:.*}", decimals(own), own.after)
-        })
-        .column("change", |(_, own)| {
-            format!("{:+.*}", decimals(own), own.change)
-        })
-        .column("σ", |(_, own)| format!("{:.*}", decimals(own), own.sigma))
         .column("unit", |(_, own)| own.unit)
-        .column_if(
-            report.before.tolerance.is_some(),
-            "by tolerance",
-            |(_, own)| format!("{:.0} %", 100.0 * own.prior_share),
-        )
+        .column_if(stated, "by tolerance", |(_, own)| {
+            format!("{:.0} %", 100.0 * own.prior_share)
+        })
         .table()
         .in_groups_of(each);
-    let conditions: Vec<_> = report
-        .arms
-        .iter()
-        .map(|arm| format!("{:.0}", arm.condition))
-        .collect();
+    let conditions = report.arms.iter();
+    let conditions = conditions.map(|arm| format!("{:.0}", arm.condition));
     let mut section = Section::new("Parameters").table(table);
-    if report.before.tolerance.is_some() {
+    if stated {
         section = section.note(
             "By tolerance: the share of a parameter that comes from the [tolerance], not the samples.",
         );
@@ -125,7 +112,7 @@ pub(super) fn parameters(report: &Report) -> Section {
     }
     section.note(format!(
         "Condition of each arm: {} (below 100 is good).",
-        list(&conditions)
+        list(&conditions.collect::<Vec<_>>())
     ))
 }
 
@@ -142,8 +129,7 @@ pub(super) fn errors(report: &Report) -> Section {
                 error.before.unreachable + error.after.unreachable > 0,
                 "out of reach",
                 |(_, own)| own.unreachable,
-            )
-            .table();
+            );
         section = section.table(table);
     }
     let table = Table::of(&report.residuals)
@@ -152,8 +138,7 @@ pub(super) fn errors(report: &Report) -> Section {
         .column("before, rms", |own| small(own.before_rms_mm))
         .column("after, rms", |own| small(own.after_rms_mm))
         .column("max", |own| small(own.after_max_mm))
-        .column("in line", |own| or_blank(own.max_at_line))
-        .table();
+        .column("in line", |own| or_blank(own.max_at_line));
     section.table(table)
 }
 
@@ -166,11 +151,7 @@ pub(super) fn noise(report: &Report) -> Section {
         })
         .column("residuals show, mm", |own| significant(own.sigma_mm, 2))
         .column("95 % limits", |own| {
-            format!(
-                "{}–{}",
-                significant(own.limits_mm[0], 2),
-                significant(own.limits_mm[1], 2)
-            )
+            own.limits_mm.map(|own| significant(own, 2)).join("–")
         })
         .column("deg. of freedom", |own| {
             format!("{:.1}", own.degrees_of_freedom)
@@ -178,17 +159,11 @@ pub(super) fn noise(report: &Report) -> Section {
         .column("p", |own| match own.verdict {
             NoiseVerdict::Estimated => String::new(),
             _ => probability(own.probability),
-        })
-        .table();
-    let section = Section::new("Noise").table(table);
-    if report.sigma_widened_by > 1.0 {
-        section.text(format!(
-            "The readings' part of every σ is multiplied by {:.2}.",
-            report.sigma_widened_by
-        ))
-    } else {
-        section
-    }
+        });
+    let by = report.sigma_widened_by;
+    let widened =
+        (by > 1.0).then(|| format!("The readings' part of every σ is multiplied by {by:.2}."));
+    Section::new("Noise").table(table).texts(widened)
 }
 
 pub(super) fn expected(report: &Report) -> Section {
@@ -215,8 +190,7 @@ pub(super) fn expected(report: &Report) -> Section {
                 own.relative_worst_at_mm,
             ),
         );
-    let mut section = section.table(table);
-    section = section.text(match &report.before.within {
+    let over = match &report.before.within {
         Some(_) => "Over the region of [workspace].".to_owned(),
         None => format!(
             "Over all that the robot reaches; relative, the outermost tenth has {} mm, the rest {} mm. State where it works \
@@ -224,37 +198,34 @@ pub(super) fn expected(report: &Report) -> Section {
             significant(own.relative_outermost_mm, 2),
             significant(own.relative_others_mm, 2)
         ),
+    };
+    let expanded = report.expanded_uncertainty.as_ref().map(|own| {
+        let freedom = own.degrees_of_freedom.map(freedom);
+        let freedom = freedom.map_or_else(String::new, |own| format!(", {own}"));
+        format!(
+            "Expanded uncertainty ({}): 95 % of positions within {} mm, {} mm at the worst place (k = {:.2}{freedom}).",
+            own.of,
+            significant(own.workspace_mm, 2),
+            significant(own.worst_mm, 2),
+            own.coverage_factor
+        )
     });
-    if let Some(expanded) = &report.expanded_uncertainty {
-        let factor = match expanded.degrees_of_freedom {
-            None => format!("k = {:.2}", expanded.coverage_factor),
-            Some(number) => format!("k = {:.2}, {}", expanded.coverage_factor, freedom(number)),
-        };
-        section = section.text(format!(
-            "Expanded uncertainty ({}): 95 % of positions within {} mm, {} mm at the worst place ({factor}).",
-            expanded.of,
-            significant(expanded.workspace_mm, 2),
-            significant(expanded.worst_mm, 2)
-        ));
-    }
-    if let Some(own) = &report.workspace
-        && let Some(chance) = own.chance_of_harm
-    {
-        section = section.text(format!(
-            "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {}{}.",
-            significant(own.change, 2),
-            probability(chance),
-            match (own.absolute_chance_of_harm, own.relative_chance_of_harm) {
-                (Some(absolute), Some(relative)) => format!(
-                    " (absolute {}, relative {})",
-                    probability(absolute),
-                    probability(relative)
-                ),
-                _ => String::new(),
+    let harm = report.workspace.as_ref().and_then(|own| {
+        let chance = probability(own.chance_of_harm?);
+        let both = [own.absolute_chance_of_harm, own.relative_chance_of_harm];
+        let both = match both.map(|own| own.map(probability)) {
+            [Some(absolute), Some(relative)] => {
+                format!(" (absolute {absolute}, relative {relative})")
             }
-        ));
-    }
-    section
+            _ => String::new(),
+        };
+        Some(format!(
+            "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {chance}{both}.",
+            significant(own.change, 2)
+        ))
+    });
+    let section = section.table(table).text(over);
+    section.texts(expanded).texts(harm)
 }
 
 /// What each source contributes to the expected error.
@@ -278,36 +249,27 @@ pub(super) fn budget(report: &Report) -> Option<Section> {
         .column("type", |own| own.kind)
         .column("σ", |own| {
             let unit = own.unit.replace("deg", "°");
-            own.sigma
-                .map_or_else(String::new, |sigma| format!("{} {unit}", two(sigma)))
+            or_blank(own.sigma.map(|sigma| format!("{} {unit}", two(sigma))))
         })
         .column("mm per unit", |own| {
-            own.sigma
-                .map_or_else(String::new, |sigma| two(part(own) / sigma))
+            or_blank(own.sigma.map(|sigma| two(part(own) / sigma)))
         })
         .column("absolute, mm", |own| two(own.absolute_mm))
         .column("of variance", |own| percent(own.absolute_share))
         .column("relative, mm", |own| two(own.relative_mm))
         .column("of its variance", |own| percent(own.relative_share))
         .column_if(stated, "if it were exact", |own| {
-            own.without_absolute_mm.map_or_else(String::new, two)
+            or_blank(own.without_absolute_mm.map(two))
         })
         .column_if(stated, "if it were exact, relative", |own| {
-            own.without_relative_mm.map_or_else(String::new, two)
+            or_blank(own.without_relative_mm.map(two))
         })
         .table();
     let own = report.expected_error?;
+    let (absolute_mm, relative_mm) = (two(own.absolute_rms_mm), two(own.relative_rms_mm));
     let mut table = table.row(
         "combined",
-        [
-            String::new(),
-            String::new(),
-            String::new(),
-            two(own.absolute_rms_mm),
-            "100 %".to_owned(),
-            two(own.relative_rms_mm),
-            "100 %".to_owned(),
-        ],
+        ["", "", "", &absolute_mm, "100 %", &relative_mm, "100 %"],
     );
     if let Some(expanded) = &report.expanded_uncertainty {
         let mut cells = vec![String::new(); if absolute { 3 } else { 5 }];
@@ -340,32 +302,25 @@ pub(super) fn budget(report: &Report) -> Option<Section> {
 
 /// Position errors before and after, side by side.
 pub(super) fn found_and_left(report: &Report) -> Option<Section> {
-    let mm = |values: [f64; 3], place: usize| significant(values[place], 2);
+    let mm = |value: f64| significant(value, 2);
     let table = Table::of(&report.found_and_left)
         .column("over", |own| own.over)
         .column("error along", |own| own.of)
-        .column("as found: mean", |own| mm(own.found_mm, 0))
-        .column("rms", |own| mm(own.found_mm, 1))
-        .column("worst", |own| mm(own.found_mm, 2))
-        .column("as left: mean", |own| mm(own.left_mm, 0))
-        .column("rms", |own| mm(own.left_mm, 1))
-        .column("worst", |own| mm(own.left_mm, 2))
-        .table()
-        .in_groups_of(4);
+        .vector(["as found: mean", "rms", "worst"], |own| {
+            own.found_mm.map(mm)
+        })
+        .vector(["as left: mean", "rms", "worst"], |own| own.left_mm.map(mm));
     let frame = if report.solution.is_absolute() {
         "in the frame of the base"
     } else {
         "after the best rigid motion"
     };
-    let note = format!(
+    let section = table.table().in_groups_of(4);
+    let section = section.under("Position errors as found and as left, mm")?;
+    Some(section.note(format!(
         "Position less the one that the controller computes. Over the workspace {frame}: as found, from the calibrated robot; as \
          left, its standard uncertainty."
-    );
-    (!report.found_and_left.is_empty()).then(|| {
-        Section::new("Position errors as found and as left, mm")
-            .table(table)
-            .note(note)
-    })
+    )))
 }
 
 /// The causes found, or the reason why none was looked for.
@@ -383,8 +338,7 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
         .column("size", |cause| significant(cause.size, 3))
         .column("σ", |cause| significant(cause.sigma, 2))
         .column("unit", |cause| cause.unit)
-        .column("p", |cause| probability(cause.p))
-        .table();
+        .column("p", |cause| probability(cause.p));
     Some(section.table(table).text(format!(
         "They add {} mm rms to the calibrated positions over the workspace.",
         significant(report.causes.position_error, 2)
@@ -399,106 +353,82 @@ pub(super) fn no_causes(report: &Report) -> Section {
         .text(format!("None found. Tested: {}.", list(&kinds)))
 }
 
-/// Places of the instruments.
-pub(super) fn places(report: &Report) -> Vec<Section> {
-    let mut sections = Vec::new();
-    if let Some(frame) = &report.sensor_frame {
+/// Where the sensor, the datum, targets, planes and points are, and what the transmissions and rods do.
+pub(super) fn places(report: &Report) -> impl Iterator<Item = Section> {
+    let frame = report.sensor_frame.as_ref().map(|frame| {
         let [x, y, z] = frame.translation_mm;
         let row = |[a, b, c]: [f64; 3]| format!("[{a:.9}, {b:.9}, {c:.9}]");
-        let rows: Vec<_> = frame.rotation.into_iter().map(row).collect();
-        let place = format!(
-            "translation [{x:.4}, {y:.4}, {z:.4}] mm, rotation [{}]",
-            rows.join(", ")
-        );
-        sections.push(
-            Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(place),
-        );
-    }
-    let mm = |own: [f64; 3], axis: usize| format!("{:+.3}", own[axis] + 0.0);
-    if !report.datum.is_empty() {
-        let table = Table::of(&report.datum)
-            .column("datum point", |own| own.name.clone())
-            .column("off x, mm", |own| mm(own.off_mm, 0))
-            .column("y", |own| mm(own.off_mm, 1))
-            .column("z", |own| mm(own.off_mm, 2))
-            .column("distance", |own| {
-                format!("{:.3}", Vector3::from(own.off_mm).norm())
-            })
-            .table();
-        sections.push(Section::new("Datum points, measured less stated").table(table));
-    }
-    if !report.targets.is_empty() {
-        let stated = |own: &TargetReport| {
-            let [x, y, z] = own.stated_mm;
-            let [a, b, c] = own.sigma_mm;
-            format!("{x}, {y}, {z} ± {a}, {b}, {c}")
-        };
-        let table = Table::of(&report.targets)
-            .column("target", |own| own.name.clone())
-            .column("stated x, y, z, mm (σ)", |own| stated(own))
-            .column("found less stated, mm", |own| {
-                own.moved_mm.map_or_else(
-                    || "not determined".to_owned(),
-                    |own| format!("{}, {}, {}", mm(own, 0), mm(own, 1), mm(own, 2)),
-                )
-            })
-            .table();
-        sections.push(Section::new("Targets").table(table));
-    }
-    if !report.planes.is_empty() {
-        let table = Table::of(&report.planes)
-            .column("plane", |own| own.name.clone())
-            .column("z at the axis, mm", |own| format!("{:.4}", own.z_mm))
-            .column("tilt, °", |own| format!("{:.3}", own.tilt_deg))
-            .table();
-        sections.push(Section::new("Planes").table(table));
-    }
-    if !report.points.is_empty() {
-        let table = Table::of(&report.points)
-            .column("point", |own| own.name.clone())
-            .column("x, mm", |own| format!("{:.3}", own.place_mm[0]))
-            .column("y, mm", |own| format!("{:.3}", own.place_mm[1]))
-            .column("z, mm", |own| format!("{:.3}", own.place_mm[2]))
-            .column("offset, mm", |own| format!("{:.4}", own.offset_mm))
-            .table();
-        sections.push(Section::new("Points").table(table));
-    }
-    if !report.transmissions.is_empty() {
-        let number = |index: usize| {
-            move |own: &&TransmissionReport| with_sigma(own.numbers[index], own.sigmas[index])
-        };
-        let table = Table::of(&report.transmissions)
-            .column("arm", |own| own.arm)
-            .column("gain", number(0))
-            .column("cos, °", number(1))
-            .column("sin, °", number(2))
-            .column("cos 2q, °", number(3))
-            .column("sin 2q, °", number(4))
-            .column("once a turn, °", |own| {
-                significant(own.first_harmonic_deg, 2)
-            })
-            .table();
-        sections.push(Section::new("Transmissions").table(table));
-    }
-    sections.extend(report.tilt.as_ref().map(tilt));
-    sections
+        let rows = frame.rotation.map(row).join(", ");
+        Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(format!(
+            "translation [{x:.4}, {y:.4}, {z:.4}] mm, rotation [{rows}]"
+        ))
+    });
+    let mm = |own: f64| format!("{:+.3}", own + 0.0);
+    let datum = Table::of(&report.datum)
+        .column("datum point", |own| own.name.clone())
+        .vector(["off x, mm", "y", "z"], |own| own.off_mm.map(mm))
+        .column("distance", |own| {
+            format!("{:.3}", Vector3::from(own.off_mm).norm())
+        });
+    let stated = |own: &TargetReport| {
+        let [x, y, z] = own.stated_mm;
+        let [a, b, c] = own.sigma_mm;
+        format!("{x}, {y}, {z} ± {a}, {b}, {c}")
+    };
+    let targets = Table::of(&report.targets)
+        .column("target", |own| own.name.clone())
+        .column("stated x, y, z, mm (σ)", |own| stated(own))
+        .column("found less stated, mm", |own| {
+            own.moved_mm
+                .map_or_else(|| "not determined".to_owned(), |own| own.map(mm).join(", "))
+        });
+    let planes = Table::of(&report.planes)
+        .column("plane", |own| own.name.clone())
+        .column("z at the axis, mm", |own| format!("{:.4}", own.z_mm))
+        .column("tilt, °", |own| format!("{:.3}", own.tilt_deg));
+    let points = Table::of(&report.points)
+        .column("point", |own| own.name.clone())
+        .vector(["x, mm", "y, mm", "z, mm"], |own| {
+            own.place_mm.map(|own| format!("{own:.3}"))
+        })
+        .column("offset, mm", |own| format!("{:.4}", own.offset_mm));
+    let names = ["gain", "cos, °", "sin, °", "cos 2q, °", "sin 2q, °"];
+    let transmissions = Table::of(&report.transmissions)
+        .column("arm", |own| own.arm)
+        .vector(names, |own| with_sigmas(own.numbers, own.sigmas))
+        .column("once a turn, °", |own| {
+            significant(own.first_harmonic_deg, 2)
+        });
+    let sections = [
+        frame,
+        datum.under("Datum points, measured less stated"),
+        targets.under("Targets"),
+        planes.under("Planes"),
+        points.under("Points"),
+        transmissions.under("Transmissions"),
+        report.tilt.as_ref().map(tilt),
+    ];
+    sections.into_iter().flatten()
 }
 
-fn with_sigma(number: f64, sigma: f64) -> String {
-    format!("{} ± {}", significant(number, 3), significant(sigma, 1))
+fn with_sigmas<const N: usize>(numbers: [f64; N], sigmas: [f64; N]) -> [String; N] {
+    std::array::from_fn(|place| {
+        let (number, sigma) = (numbers[place], sigmas[place]);
+        format!("{} ± {}", significant(number, 3), significant(sigma, 1))
+    })
 }
 
 /// The rods, and the tilt that they give the platform.
 fn tilt(own: &TiltReport) -> Section {
-    let number =
-        |index: usize| move |own: &&RodsReport| with_sigma(own.numbers[index], own.sigmas[index]);
+    let names = [
+        "rod difference, mm",
+        "spacing difference, mm",
+        "axis yaw, °",
+        "axis roll, °",
+    ];
     let table = Table::of(&own.arms)
         .column("arm", |own| own.arm)
-        .column("rod difference, mm", number(0))
-        .column("spacing difference, mm", number(1))
-        .column("axis yaw, °", number(2))
-        .column("axis roll, °", number(3))
-        .table();
+        .vector(names, |own| with_sigmas(own.numbers, own.sigmas));
     let title = format!(
         "Rods: the platform tilts by {} mrad, median over the workspace",
         significant(own.median_mrad, 2)
@@ -506,7 +436,6 @@ fn tilt(own: &TiltReport) -> Section {
     Section::new(title).table(table)
 }
 
-/// What to measure next.
 pub(super) fn next(report: &Report) -> Option<Section> {
     let title = Section::new("What to measure next");
     let frame = match report.frame {
@@ -533,13 +462,12 @@ pub(super) fn next(report: &Report) -> Option<Section> {
     };
     let names = report.before.convention.joint_names();
     let table = Table::of(&report.next_poses)
-        .column(names[0].clone(), |own| format!("{:.1}", own.joints[0]))
-        .column(names[1].clone(), |own| format!("{:.1}", own.joints[1]))
-        .column(names[2].clone(), |own| format!("{:.1}", own.joints[2]))
+        .vector(names.each_ref().map(String::as_str), |own| {
+            own.joints.map(|own| format!("{own:.1}"))
+        })
         .column(format!("{of}, mm"), |own| {
             significant(own.expected_error_mm, 2)
-        })
-        .table();
+        });
     let poses = format!(
         "x, y and z at these poses would lower the {of} from {} to {} mm.",
         significant(now, 2),
@@ -547,7 +475,7 @@ pub(super) fn next(report: &Report) -> Option<Section> {
     );
     let more = (!report.solution.is_absolute()).then_some(plan);
     let others = limiting.into_iter().chain(more);
-    Some(others.fold(title.table(table).text(poses), Section::text))
+    Some(title.table(table).text(poses).texts(others))
 }
 
 /// What to measure in place of poses where a datum or a target makes most of the expected error.
@@ -602,12 +530,7 @@ pub(super) fn findings(report: &Report) -> Section {
 /// Whether the limit is met, if there is one.
 pub(super) fn limit(report: &Report) -> Option<Section> {
     let (passed, figures) = verdict(report)?;
-    let part = if passed {
-        Part::Good(figures)
-    } else {
-        Part::Doubts(figures, Vec::new())
-    };
-    Some(Section::new("").part(part))
+    Some(Section::new("").part(Part::verdict(passed, figures)))
 }
 
 /// Whether the limit is met, and the sentence that says so.

@@ -104,7 +104,7 @@ fn the_stated_loss_is_that_of_the_lines_for_the_example() {
     // Another place of the end stops changes lines, and no loss.
     assert_eq!(first, losses(&folder, [-32.5, -30.0, -34.0], ""));
     // So does another height or platform.
-    let others = losses(&folder, HOME, "--height 800mm --platform-radius 40mm");
+    let others = losses(&folder, HOME, "--height 800mm --radius 40mm");
     for ([rms, _], [other, _]) in first.into_iter().zip(others) {
         assert!((rms - other).abs() < f64::max(0.02 * rms, ROUNDING));
     }

@@ -88,12 +88,29 @@ fn assumed() -> Vec<(Settings, delta_cal::Settings<f64>, usize, bool)> {
     ]
 }
 
+macro_rules! stored {
+    () => {
+        /// A snapshot into more room than it needs: what lies behind it is the caller's.
+        fn stored(calibrator: &mut Place<Own>) -> Vec<u8> {
+            let (mut bytes, mut length) = (vec![0xa5; Own::SNAPSHOT_BYTES + 3], 7);
+            let (place, room) = (at(bytes.as_mut_ptr()), bytes.len());
+            let held = calibrator.held();
+            ok(snapshot(held, place, room, output(&mut length)));
+            assert_eq!(length, Own::SNAPSHOT_BYTES);
+            assert_eq!(bytes.split_off(length), [0xa5; 3]);
+            bytes
+        }
+    };
+}
+
 macro_rules! family {
     ($family:ident, $estimator:ident) => {
         mod $family {
             use super::*;
 
             use delta_cal_c::double::$family::*;
+
+            stored!();
 
             /// The parameters of the calibrated robot, their standard uncertainties, and their covariance.
             fn solved(calibrator: &mut Place<Own>) -> Result<Vec<u64>, Error> {
@@ -216,7 +233,7 @@ macro_rules! family {
                 };
                 ok(step(calibrator.held_mut()));
                 early(&mut calibrator);
-                let (bytes, size) = stored(&mut calibrator);
+                let bytes = stored(&mut calibrator);
 
                 ok(solve(calibrator.held_mut(), null()));
                 assert_eq!(step(calibrator.held_mut()), status::WORKING);
@@ -225,7 +242,7 @@ macro_rules! family {
                     add(calibrator.held_mut(), input(&sample), null()),
                     merge(calibrator.held_mut(), other.held()),
                     forget(calibrator.held_mut(), 0.5),
-                    restore(calibrator.held_mut(), row(&bytes), size),
+                    restore(calibrator.held_mut(), row(&bytes), bytes.len()),
                 ] {
                     assert_eq!(found, status::BUSY);
                 }
@@ -250,21 +267,6 @@ macro_rules! family {
                 assert_eq!(solved(&mut calibrator), expected);
             }
 
-            /// A snapshot into more room than it needs: what lies behind it is the caller's.
-            fn stored(calibrator: &mut Place<Own>) -> (Vec<u8>, usize) {
-                let (mut bytes, mut length) = (vec![0xa5; Own::SNAPSHOT_BYTES + 3], 7);
-                let (place, room) = (at(bytes.as_mut_ptr()), bytes.len());
-                ok(snapshot(
-                    calibrator.held(),
-                    place,
-                    room,
-                    output(&mut length),
-                ));
-                assert_eq!(length, Own::SNAPSHOT_BYTES);
-                assert_eq!(bytes.split_off(length), [0xa5; 3]);
-                (bytes, length)
-            }
-
             #[test]
             fn a_snapshot_goes_on_to_the_same_bits() {
                 let all = measured::<f64>();
@@ -274,12 +276,13 @@ macro_rules! family {
                 for sample in &all[..10] {
                     added(&mut whole, sample);
                     added(&mut broken, sample);
-                    let (bytes, size) = stored(&mut broken);
+                    let bytes = stored(&mut broken);
                     broken = filled(&settings, &[]);
-                    ok(restore(broken.held_mut(), row(&bytes), size));
+                    ok(restore(broken.held_mut(), row(&bytes), bytes.len()));
                 }
-                let (bytes, size) = stored(&mut whole);
-                assert_eq!(stored(&mut broken).0, bytes);
+                let bytes = stored(&mut whole);
+                let size = bytes.len();
+                assert_eq!(stored(&mut broken), bytes);
 
                 // Too little room: nothing is written, and the length neither.
                 let (mut short, mut length) = (vec![0x5a; size - 1], 7);
@@ -333,15 +336,7 @@ macro_rules! gated {
                 calibrator
             }
 
-            /// The bytes of its snapshot.
-            fn stored(calibrator: &mut Place<Own>) -> Vec<u8> {
-                let (mut bytes, mut length) = (vec![0; Own::SNAPSHOT_BYTES], 0);
-                let (place, room) = (at(bytes.as_mut_ptr()), bytes.len());
-                let held = calibrator.held();
-                ok(snapshot(held, place, room, output(&mut length)));
-                bytes.truncate(length);
-                bytes
-            }
+            stored!();
 
             fn taken(calibrator: &mut Place<Own>, all: &[delta_cal::Sample<f64>]) -> Vec<u8> {
                 for sample in all {

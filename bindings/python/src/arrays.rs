@@ -1,7 +1,8 @@
 //! Arguments to rows of numbers, frames to tables, rows to arrays, and what identifies them.
 
 use crate::errors::{type_error, value_error};
-use crate::lanes::{Kernel, LANES};
+use crate::lanes::{Four, Kernel, LANES};
+use crate::wide::Lane;
 use delta_cal::robot::Drive;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
@@ -16,8 +17,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
 use std::f64::consts::TAU;
 use std::fmt::{Display, Write};
-use std::ops::BitOr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -29,8 +30,8 @@ const CHUNK: usize = 2048;
 /// Rows that a message names.
 const NAMED: usize = 5;
 
-/// What arrays consist of; computations are in 64 bits.
-pub(crate) trait Number: Element + Copy + Into<f64> + Send + Sync {
+/// What arrays consist of.
+pub(crate) trait Number: Element + Lane + Into<f64> {
     /// NumPy's name.
     const TYPE: &str;
     /// The nearest number.
@@ -178,13 +179,7 @@ pub(crate) fn named(rows: &[usize]) -> String {
 /// Joint angles of more than a turn are degrees.
 pub(crate) fn radians<N: Number>(argument: &str, rows: &[[N; 3]], drive: Drive) -> PyResult<()> {
     let beyond = |own: &N| (*own).into().abs() > TAU && (*own).into().is_finite();
-    // Looks at all, which takes a tenth of the time of a search.
-    let any = rows
-        .as_flattened()
-        .iter()
-        .map(beyond)
-        .fold(false, BitOr::bitor);
-    if drive == Drive::Linear || !any {
+    if drive == Drive::Linear {
         return Ok(());
     }
     for (index, row) in rows.iter().enumerate() {
@@ -201,52 +196,44 @@ pub(crate) fn radians<N: Number>(argument: &str, rows: &[[N; 3]], drive: Drive) 
 
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
 /// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all but the rows that are not
-/// clear to it.
+/// clear to it. `joints`: the rows are joints of such drives.
 pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
     py: Python<'py>,
-    argument: &str,
-    rows: &Rows<'py, N>,
+    (argument, rows, joints): (&str, &Rows<'py, N>, Option<Drive>),
     each: &[usize],
     raise: bool,
     kernel: Option<impl Kernel<WIDTH>>,
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
     let from = rows.get()?;
-    let shape = [rows.outer(), each].concat();
-    let array = PyArrayDyn::<N>::zeros(py, &shape[..], false);
+    let shape = PyTuple::new(py, [rows.outer(), each].concat())?;
+    let array = py
+        .import("numpy")?
+        .call_method1("empty", (shape, N::TYPE))?;
+    let array = array.cast_into::<PyArrayDyn<N>>()?;
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
-    let kernel = kernel.filter(|_| from.len() >= LANES);
     let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
         let found = compute(&row.map(Into::into));
         *into = found.unwrap_or([f64::NAN; WIDTH]).map(N::of);
     };
+    // Joints that the kernel finds clear are within the limits.
+    let unclear = AtomicBool::new(false);
     let fill = |into: &mut [[N; WIDTH]], from: &[[N; 3]]| {
         halt::check();
-        let Some(kernel) = &kernel else {
-            return into
-                .iter_mut()
-                .zip(from)
-                .for_each(|(into, row)| exact(into, row));
-        };
-        let (mut joints, mut found) = ([[0.0; LANES]; 3], [[0.0; LANES]; WIDTH]);
+        let mut room: [Four<N>; 4] = [[[N::of(0.0); 4]; LANES]; 4];
         for (into, from) in into.chunks_mut(LANES).zip(from.chunks(LANES)) {
-            for (lane, row) in from.iter().enumerate() {
-                for (all, own) in joints.iter_mut().zip(row) {
-                    all[lane] = (*own).into();
+            let kernel = kernel.as_ref().filter(|_| from.len() == LANES);
+            let clear =
+                kernel.map(|own| own.fill(from.as_flattened(), into.as_flattened_mut(), &mut room));
+            if clear == Some(true) {
+                continue;
+            }
+            unclear.store(true, Relaxed);
+            for (into, row) in into.iter_mut().zip(from) {
+                if clear.is_none() || into.iter().any(|own| own.is_nan()) {
+                    exact(into, row);
                 }
-            }
-            kernel.fill(&joints, &mut found);
-            for (lane, into) in into.iter_mut().enumerate() {
-                *into = std::array::from_fn(|place| N::of(found[place][lane]));
-            }
-            // Looks at all first, which takes a tenth of the time of a search.
-            let unclear =
-                |own: &[f64; LANES]| own.iter().map(|own| own.is_nan()).fold(false, BitOr::bitor);
-            if found.iter().any(unclear) {
-                let rows = into.iter_mut().zip(from).enumerate();
-                let rows = rows.filter(|(lane, _)| found.iter().any(|all| all[*lane].is_nan()));
-                rows.for_each(|(_, (into, row))| exact(into, row));
             }
         }
     };
@@ -258,7 +245,10 @@ pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
     } else {
         py.detach(|| fill(into, from));
     }
-    let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| (*value).into().is_nan());
+    if let Some(drive) = joints.filter(|_| unclear.into_inner()) {
+        radians(argument, from, drive)?;
+    }
+    let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| value.is_nan());
     if raise && let Some(row) = into.iter().position(is_nan) {
         compute(&from[row].map(Into::into))
             .map_err(|error| value_error(argument, format!("row {row}: {error}")))?;

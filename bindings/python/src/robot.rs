@@ -1,8 +1,7 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{
-    Number, Rows, array, each_row, frame, hexadecimal, names_of, numbers, radians, rows, rows_of,
-    several,
+    Rows, array, each_row, frame, hexadecimal, names_of, numbers, radians, rows, rows_of, several,
 };
 use crate::errors::{input_error, type_error, value_error};
 use crate::files::{bytes_of, dumps, loads, write};
@@ -166,27 +165,28 @@ impl Robot {
     }
 
     /// Joints in the controller's direction.
-    pub(crate) fn joints<'py, N: Number>(
+    pub(crate) fn joints<'py>(
         &self,
         argument: &str,
         given: &Bound<'py, PyAny>,
-    ) -> PyResult<Rows<'py, N>> {
+    ) -> PyResult<Rows<'py>> {
+        let own = self.unchecked(argument, given)?;
+        radians(argument, own.get()?, self.file.robot.drive())?;
+        Ok(own)
+    }
+
+    /// The same, whatever their unit.
+    fn unchecked<'py>(&self, argument: &str, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
         let (drive, convention) = (self.file.robot.drive(), self.file.convention);
         let Some(frame) = frame(given)? else {
-            let own = rows(argument, given)?;
-            radians(argument, own.get()?, drive)?;
-            return Ok(own);
+            return rows(argument, given);
         };
-        let names = names_of(argument, &frame)?;
-        let columns = Three::of_joints(drive, &names);
+        let columns = Three::of_joints(drive, &names_of(argument, &frame)?);
         self.converted(argument, &frame, columns, |row| convention.directed(&row))
     }
 
     /// Positions in the controller's axes.
-    pub(crate) fn positions<'py, N: Number>(
-        &self,
-        given: &Bound<'py, PyAny>,
-    ) -> PyResult<Rows<'py, N>> {
+    pub(crate) fn positions<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
         let Some(frame) = frame(given)? else {
             return rows("x", given);
         };
@@ -197,13 +197,13 @@ impl Robot {
         })
     }
 
-    fn converted<'py, N: Number>(
+    fn converted<'py>(
         &self,
         argument: &str,
         frame: &Bound<'py, PyAny>,
         columns: Option<Three>,
         outwards: impl Fn([f64; 3]) -> [f64; 3],
-    ) -> PyResult<Rows<'py, N>> {
+    ) -> PyResult<Rows<'py>> {
         let columns = columns.ok_or_else(|| {
             let example = match (argument, self.file.robot.drive()) {
                 ("x", _) => "x_mm, y_mm, z_mm",
@@ -223,10 +223,10 @@ impl Robot {
         let columns = columns
             .names()
             .map(|name| numbers::<f64>(name, &frame.get_item(name)?.call_method0("to_numpy")?));
-        let mut rows = vec![[N::of(0.0); 3]; frame.len()?];
+        let mut rows = vec![[0.0; 3]; frame.len()?];
         for (place, (column, factor)) in columns.into_iter().zip(factors).enumerate() {
             for (row, own) in rows.iter_mut().zip(column?.as_slice()?) {
-                row[place] = N::of(factor * own);
+                row[place] = factor * own;
             }
         }
         rows_of(frame.py(), rows)
@@ -246,24 +246,23 @@ impl Robot {
             "nan" => false,
             _ => return Err(value_error("errors", "\"nan\" or \"raise\" is needed")),
         };
+        let joints = (argument != "x").then(|| self.file.robot.drive());
         if given.cast::<PyArrayDyn<f32>>().is_ok() {
-            let rows = self.rows::<f32>(argument, given)?;
-            each_row(given.py(), argument, &rows, shape, raise, kernel, compute)
-        } else {
-            let rows = self.rows::<f64>(argument, given)?;
-            each_row(given.py(), argument, &rows, shape, raise, kernel, compute)
+            let rows = (argument, &rows::<f32>(argument, given)?, joints);
+            return each_row(given.py(), rows, shape, raise, kernel, compute);
         }
-    }
-
-    fn rows<'py, N: Number>(
-        &self,
-        argument: &str,
-        given: &Bound<'py, PyAny>,
-    ) -> PyResult<Rows<'py, N>> {
-        match argument {
-            "x" => self.positions(given),
-            _ => self.joints(argument, given),
-        }
+        let rows = match joints {
+            None => self.positions(given)?,
+            Some(_) => self.unchecked(argument, given)?,
+        };
+        each_row::<f64, WIDTH, _>(
+            given.py(),
+            (argument, &rows, joints),
+            shape,
+            raise,
+            kernel,
+            compute,
+        )
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {

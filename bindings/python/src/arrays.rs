@@ -222,16 +222,24 @@ pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
     let fill = |into: &mut [[N; WIDTH]], from: &[[N; 3]]| {
         halt::check();
         let mut room: [Four<N>; 4] = [[[N::of(0.0); 4]; LANES]; 4];
+        let mut last = ([[N::of(0.0); 3]; LANES], [[N::of(0.0); WIDTH]; LANES]);
         for (into, from) in into.chunks_mut(LANES).zip(from.chunks(LANES)) {
-            let kernel = kernel.as_ref().filter(|_| from.len() == LANES);
-            let clear =
-                kernel.map(|own| own.fill(from.as_flattened(), into.as_flattened_mut(), &mut room));
+            let clear = kernel.as_ref().map(|kernel| {
+                if from.len() == LANES {
+                    return kernel.fill(from.as_flattened(), into.as_flattened_mut(), &mut room);
+                }
+                let (rows, found) = &mut last;
+                rows[..from.len()].copy_from_slice(from);
+                kernel.fill(rows.as_flattened(), found.as_flattened_mut(), &mut room);
+                into.copy_from_slice(&found[..into.len()]);
+                false
+            });
             if clear == Some(true) {
                 continue;
             }
             unclear.store(true, Relaxed);
             for (into, row) in into.iter_mut().zip(from) {
-                if clear.is_none() || into.iter().any(|own| own.is_nan()) {
+                if clear.is_none() || into[0].is_nan() {
                     exact(into, row);
                 }
             }

@@ -8,8 +8,11 @@
 use crate::wide::{Lane, Vectors, Which, Wide, any_nan};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal_host::RobotFile;
+use delta_cal_host::files::convention::Convention;
 use delta_cal_host::files::robot_file::Tool;
+use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
+use std::f64::consts::TAU;
 
 /// Poses that are computed with one call.
 pub(crate) const LANES: usize = 64;
@@ -22,28 +25,27 @@ pub(crate) fn margin(robot: &RobotFile) -> f64 {
     }
 }
 
-/// A robot whose joints are exact and whose platform does not tilt.
+/// A robot whose joints are exact and whose platform does not tilt, in the axes and with the joints of its convention: there
+/// the same formulas hold, as only signs differ.
 pub(crate) struct Lanes {
     arms: [ArmNumbers; 3],
     up: [f64; 3],
     linear: bool,
     /// Joints that are within the limits: the middle, and how far from there.
     range: [f64; 2],
-    /// What the convention multiplies joints and coordinates by.
-    sense: f64,
-    axes: [f64; 3],
-    /// The point that moves, from the platform point, mm, in the convention's axes.
-    place: [f64; 3],
 }
 
 struct ArmNumbers {
+    /// With the point that moves, from the platform point.
     d: [f64; 3],
     u: [f64; 3],
     v: [f64; 3],
     lb: f64,
     lb_squared: f64,
-    /// Length of v: the upper arm, or the scale of a linear drive.
+    /// Length of v, negative where joints count upwards: the upper arm, or the scale of a linear drive.
     speed: f64,
+    /// Of w·w / 2 from there: the joint's u·w cos q + v·w sin q.
+    offset: f64,
 }
 
 /// What brings the forearm of an arm to a position.
@@ -53,19 +55,22 @@ struct Reach<S: Simd, N: Lane> {
     cosine: Wide<S, N>,
     /// From the joint's axis in its plane.
     squared: Wide<S, N>,
-    /// How far from the edge of what it reaches, squared, as a part of `squared`.
+    /// How far from the edge of what it reaches, squared.
     root: Wide<S, N>,
 }
 
 impl ArmNumbers {
-    fn of(arm: &Arm<f64>) -> Self {
+    fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>) -> Self {
+        let (basis, sense) = (arm.basis(), convention.sense());
+        let (speed, lb) = (basis.v.norm(), arm.lb());
         Self {
-            d: arm.d().into(),
-            u: arm.basis().u.into(),
-            v: arm.basis().v.into(),
-            lb: arm.lb(),
-            lb_squared: arm.lb() * arm.lb(),
-            speed: arm.basis().v.norm(),
+            d: convention.vector(&(arm.d() + place)).into(),
+            u: convention.vector(&basis.u).into(),
+            v: convention.vector(&(basis.v * sense)).into(),
+            lb,
+            lb_squared: lb * lb,
+            speed: speed * sense,
+            offset: (speed * speed - lb * lb) / 2.0,
         }
     }
 
@@ -93,26 +98,22 @@ impl ArmNumbers {
         let all = |number| Wide::all(x.0[0].0, number);
         let w = x - self.d;
         let (a, b) = (w.along(self.u), w.along(self.v));
-        let speed_squared = self.speed * self.speed;
         if linear {
-            let along = b * (1.0 / speed_squared);
+            let along = b * (1.0 / (self.speed * self.speed));
             let [v1, v2, v3] = self.v;
             let beside = w - Vectors([along * v1, along * v2, along * v3]);
-            let rise_squared = all(self.lb_squared) - beside.dot(beside);
-            let travel = along + (rise_squared * (1.0 / speed_squared)).sqrt();
+            let root = all(self.lb_squared) - beside.dot(beside);
             return Reach {
-                sine: travel,
+                sine: root.sqrt().times(all(1.0 / self.speed), along),
                 cosine: all(0.0),
-                squared: all(self.lb_squared),
-                root: rise_squared,
+                squared: all(1.0),
+                root,
             };
         }
-        let c = w
-            .dot(w)
-            .times(all(0.5), all((speed_squared - self.lb_squared) / 2.0));
+        let c = w.dot(w).times(all(0.5), all(self.offset));
         let squared = a.times(a, b * b);
         let root = squared - c * c;
-        let s = root.sqrt();
+        let s = root.sqrt() * self.speed.signum();
         Reach {
             sine: b.times(c, -(a * s)),
             cosine: a.times(c, b * s),
@@ -154,19 +155,25 @@ impl Lanes {
         if point.parallelograms.is_some() || arms.iter().any(|own| own.transmission().is_some()) {
             return None;
         }
-        let margin = margin(file);
+        let (low, high) = file
+            .convention
+            .limits(file.limits.minimum(), file.limits.maximum());
+        // More than a turn is no angle in radians.
+        let most = match file.robot.drive() {
+            Drive::Rotary => TAU,
+            Drive::Linear => f64::INFINITY,
+        };
         let (low, high) = (
-            file.limits.minimum() - margin,
-            file.limits.maximum() + margin,
+            (low - margin(file)).max(-most),
+            (high + margin(file)).min(most),
         );
         Some(Self {
-            arms: arms.each_ref().map(ArmNumbers::of),
-            up: file.robot.up().into(),
+            arms: arms
+                .each_ref()
+                .map(|own| ArmNumbers::of(own, &file.convention, &point.place)),
+            up: file.convention.vector(&file.robot.up()).into(),
             linear: file.robot.drive() == Drive::Linear,
             range: [(low + high) / 2.0, (high - low) / 2.0],
-            sense: file.convention.sense(),
-            axes: file.convention.axes(),
-            place: file.convention.vector(&point.place).into(),
         })
     }
 
@@ -181,7 +188,6 @@ impl Lanes {
     #[inline(always)]
     fn poses<S: Simd, N: Lane>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Poses<S, N> {
         let [arm1, arm2, arm3] = &self.arms;
-        let (q1, q2, q3) = (q1 * self.sense, q2 * self.sense, q3 * self.sense);
         let all = |number| Wide::all(q1.0, number);
         let (b1, move1) = arm1.elbow(q1, self.linear);
         let (b2, move2) = arm2.elbow(q2, self.linear);
@@ -219,7 +225,7 @@ pub(crate) type Four<N> = [[N; 4]; LANES];
 
 /// A function of the three numbers of a pose.
 pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
-    /// NaN of poses that are not clear; which are.
+    /// The function, and of which poses it holds.
     fn of<S: Simd, N: Lane>(&self, from: [Wide<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>);
 
     /// The function of `LANES` rows; whether all of them are clear.
@@ -245,8 +251,10 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
         let (zero, nan) = (Wide::<S, N>::all(simd, 0.0), Wide::all(simd, f64::NAN));
         let mut sum = zero;
         for lane in (0..LANES).step_by(width) {
-            let (columns, clear) = kernel.of(Wide::columns(simd, &rows[lane..lane + width]));
+            let (mut columns, clear) = kernel.of(Wide::columns(simd, &rows[lane..lane + width]));
             sum = sum.where_it(clear, nan);
+            // Marks the row.
+            columns[0] = columns[0].where_it(clear, nan);
             for group in 0..WIDTH.div_ceil(4) {
                 let mut four = [zero; 4];
                 for place in 0..(WIDTH - 4 * group).min(4) {
@@ -286,21 +294,8 @@ pub(crate) struct Forward(pub(crate) Lanes);
 impl Kernel<3> for Forward {
     #[inline(always)]
     fn of<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let own = &self.0;
-        let Poses {
-            x: Vectors([x, y, z]),
-            clear,
-            ..
-        } = own.poses(q);
-        let all = |number| Wide::all(x.0, number);
-        let nan = all(f64::NAN);
-        let ([x_axis, y_axis, z_axis], [a, b, c]) = (own.axes, own.place);
-        let rows = [
-            x.times(all(x_axis), all(a)).where_it(clear, nan),
-            y.times(all(y_axis), all(b)).where_it(clear, nan),
-            z.times(all(z_axis), all(c)).where_it(clear, nan),
-        ];
-        (rows, clear)
+        let Poses { x, clear, .. } = self.0.poses(q);
+        (x.0, clear)
     }
 }
 
@@ -309,44 +304,29 @@ pub(crate) struct Inverse(pub(crate) Lanes);
 
 impl Kernel<3> for Inverse {
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, [x, y, z]: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let (own, simd) = (&self.0, x.0);
-        let ([x_axis, y_axis, z_axis], [a, b, c]) = (own.axes, own.place);
-        let x = Vectors([(x - a) * x_axis, (y - b) * y_axis, (z - c) * z_axis]);
+    fn of<S: Simd, N: Lane>(&self, x: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
+        let (own, all, x) = (&self.0, |number| Wide::all(x[0].0, number), Vectors(x));
         let [arm1, arm2, arm3] = &own.arms;
-        let (first, second, third) = (
-            arm1.reach(x, own.linear),
-            arm2.reach(x, own.linear),
-            arm3.reach(x, own.linear),
-        );
+        let first = arm1.reach(x, own.linear);
+        let second = arm2.reach(x, own.linear);
+        let third = arm3.reach(x, own.linear);
         // One division for three: it takes as long as a dozen products.
         let two = first.squared * second.squared;
-        let inverse = Wide::all(simd, 1.0) / (two * third.squared);
+        let inverse = all(1.0) / (two * third.squared);
         let inverse3 = two * inverse;
         let both = third.squared * inverse;
         let (inverse1, inverse2) = (second.squared * both, first.squared * both);
         let (q1, w1) = arm1.joint(x, &first, inverse1, own.linear);
         let (q2, w2) = arm2.joint(x, &second, inverse2, own.linear);
         let (q3, w3) = arm3.joint(x, &third, inverse3, own.linear);
-        let root = (first.root * inverse1)
-            .min(second.root * inverse2)
-            .min(third.root * inverse3);
         // The platform hangs below the plane of the elbows.
         let normal = (w1 - w2).cross(w1 - w3);
         let depth = -w1.dot(normal).signed_by(normal.along(own.up));
-        let least = normal.dot(normal) * (N::CLEAR * N::CLEAR * arm1.lb_squared);
-        let all = |number| Wide::all(simd, number);
-        let clear = root.above(all(N::CLEAR * N::CLEAR))
-            & depth.above(all(0.0))
-            & (depth * depth).above(least)
+        let least = all(N::CLEAR * N::CLEAR * arm1.lb_squared);
+        let clear = first.root.min(second.root).min(third.root).above(least)
+            & depth.above(all(N::CLEAR * arm1.lb_squared * arm1.lb))
             & own.within([q1, q2, q3]);
-        let nan = all(f64::NAN);
-        let rows = [
-            (q1 * own.sense).where_it(clear, nan),
-            (q2 * own.sense).where_it(clear, nan),
-            (q3 * own.sense).where_it(clear, nan),
-        ];
-        (rows, clear)
+        ([q1, q2, q3], clear)
     }
 }
 
@@ -367,30 +347,20 @@ impl Kernel<9> for Derivatives {
         let (normal1, normal2, normal3) = (w2.cross(w3), w3.cross(w1), w1.cross(w2));
         let volume = w1.dot(normal1);
         let (by1, by2, by3) = (w1.dot(move1), w2.dot(move2), w3.dot(move3));
-        let above =
-            |found: Wide<S, N>, most: f64| found.abs().above(Wide::all(found.0, N::CLEAR * most));
+        let above = |found: Wide<S, N>, most: f64| {
+            found.abs().above(Wide::all(found.0, N::CLEAR * most.abs()))
+        };
         let clear = clear
             & above(volume, arm1.lb * arm2.lb * arm3.lb)
             & above(by1, arm1.lb * arm1.speed)
             & above(by2, arm2.lb * arm2.speed)
             & above(by3, arm3.lb * arm3.speed);
-        let inverse = Wide::all(volume.0, own.sense) / volume;
-        let inverse = inverse.where_it(clear, Wide::all(volume.0, f64::NAN));
-        let (by1, by2, by3) = (by1 * inverse, by2 * inverse, by3 * inverse);
-        let (Vectors([x1, y1, z1]), Vectors([x2, y2, z2]), Vectors([x3, y3, z3])) =
-            (normal1 * by1, normal2 * by2, normal3 * by3);
-        let [x, y, z] = own.axes;
-        let rows = [
-            x1 * x,
-            x2 * x,
-            x3 * x,
-            y1 * y,
-            y2 * y,
-            y3 * y,
-            z1 * z,
-            z2 * z,
-            z3 * z,
-        ];
-        (rows, clear)
+        let inverse = Wide::all(volume.0, 1.0) / volume;
+        let (Vectors([x1, y1, z1]), Vectors([x2, y2, z2]), Vectors([x3, y3, z3])) = (
+            normal1 * (by1 * inverse),
+            normal2 * (by2 * inverse),
+            normal3 * (by3 * inverse),
+        );
+        ([x1, x2, x3, y1, y2, y3, z1, z2, z3], clear)
     }
 }

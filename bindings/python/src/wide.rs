@@ -12,8 +12,8 @@ pub(crate) trait Lane: Pod + Default + Send + Sync {
     type Mask<S: Simd>: Copy;
 
     /// Sum of c x^k, the highest power first: (sin x − x) / x³ and (cos x − 1 + x²/2) / x⁴ over x² for x up to π/2, and
-    /// (asin x − x) / x³ for x up to sin(π/8), with the smallest greatest error (Remez), which is below half a unit in the
-    /// last place of 1.
+    /// (asin x − x) / x³ for x up to sin(π/8), with the smallest greatest error (Remez). Of four million numbers each, sines
+    /// and cosines are within 1.2 units in the last place of 1 of libm's, angles up to π within 2.5, in both types.
     const SINE: &'static [f64];
     const COSINE: &'static [f64];
     const ARCSINE: &'static [f64];
@@ -117,7 +117,7 @@ macro_rules! lane {
 lane! { f64 f64s m64s {
     const SINE: &'static [f64] = &[
         2.718_487_184_001_830e-15, -7.642_712_044_228_535e-13, 1.605_892_780_187_234_7e-10, -2.505_210_660_593_047_6e-8,
-        2.755_731_920_477_889e-6, -1.984_126_984_118_591_1e-4, 8.333_333_333_333_114e-3, -1.666_666_666_666_665e-1,
+        2.755_731_920_777_890_1e-6, -1.984_126_984_118_591_1e-4, 8.333_333_333_333_114e-3, -1.666_666_666_666_666_5e-1,
     ];
     const COSINE: &'static [f64] = &[
         4.616_118_986_219_565e-14, -1.146_363_403_087_387_5e-11, 2.087_659_254_356_693e-9, -2.755_731_706_765_338e-7,
@@ -130,7 +130,7 @@ lane! { f64 f64s m64s {
     ];
     const WHOLE: f64 = 6_755_399_441_055_744.0;
     const PI: [f64; 2] = [std::f64::consts::PI, 1.224_646_799_147_353_2e-16];
-    const CLEAR: f64 = 0.01;
+    const CLEAR: f64 = 0.002;
 } splat_f64s add add_f64s, sub sub_f64s, mul mul_f64s, div div_f64s, xor xor_f64s, and and_f64s, min min_f64s, max max_f64s;
   neg neg_f64s, abs abs_f64s, sqrt sqrt_f64s;
   reduce_sum_f64s mul_add_e_f64s greater_than_f64s and_m64s select_f64s deinterleave_shfl_f64s interleave_shfl_f64s }
@@ -141,7 +141,7 @@ lane! { f32 f32s m32s {
     const ARCSINE: &'static [f64] = &[4.086_22e-2, 4.314_309e-2, 7.508_478e-2, 1.666_651e-1];
     const WHOLE: f64 = 12_582_912.0;
     const PI: [f64; 2] = [3.141_592_741_012_573_2, -8.742_278_000_372_48e-8];
-    const CLEAR: f64 = 0.05;
+    const CLEAR: f64 = 0.01;
 } splat_f32s add add_f32s, sub sub_f32s, mul mul_f32s, div div_f32s, xor xor_f32s, and and_f32s, min min_f32s, max max_f32s;
   neg neg_f32s, abs abs_f32s, sqrt sqrt_f32s;
   reduce_sum_f32s mul_add_e_f32s greater_than_f32s and_m32s select_f32s deinterleave_shfl_f32s interleave_shfl_f32s }

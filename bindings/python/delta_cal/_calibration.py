@@ -296,7 +296,7 @@ def calibrate(
         if q is None:
             raise ValueError("q: joint angles or samples are needed")
         given = _readings(q, x, readings)
-        with Told(progress) as tell:
+        with Told(progress, timed=True) as tell:
             found = _native.calibrate(robot, given, noise, tolerance, zero, frame, method, robust, limit, tell)
     else:
         others = {**readings, "noise": noise, "tolerance": tolerance, "zero": zero}
@@ -307,7 +307,7 @@ def calibrate(
         files = [file for file in parts if isinstance(file, (str, os.PathLike))]
         if len(files) < len(parts):
             raise TypeError("q: a file with readings of the printer is needed")
-        with Told(progress) as tell:
+        with Told(progress, timed=True) as tell:
             found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit, tell)
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")

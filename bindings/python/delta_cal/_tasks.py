@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance, Waiting
+    from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance
 
 
 def _json(report: dict[str, Any]) -> str:
@@ -102,7 +102,7 @@ def plan(
     accuracy: float | None = None,
     seed: int = 1,
     names: str | None = None,
-    progress: Waiting = False,
+    progress: Progress = False,
 ) -> Plan:
     """Chooses the measurements after which positions are known best.
 
@@ -128,7 +128,8 @@ def plan(
     names : str, optional
         Names the rows: ``"P"`` P01, P02, …
     progress : bool or callable
-        Shows the time, with tqdm if that is installed; or what to call with the seconds.
+        Shows how far it is, with tqdm if that is installed; or what to call with the exchanges of measurements that are done
+        and all that are known to be needed.
 
     Raises
     ------
@@ -401,7 +402,7 @@ def simulate(
     """
     n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
-    with Told(progress, n) as tell:
+    with Told(progress) as tell:
         found: dict[str, Any] = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)
     return found
 

@@ -21,7 +21,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Between two looks at the keyboard.
 const LOOK: Duration = Duration::from_millis(50);
@@ -268,21 +268,29 @@ pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
 /// Without the interpreter's lock, on threads of this process: those of a process that forked are not there in its
 /// child. An interrupt stops the work; what stops because of another thread's interrupt begins again.
 pub(crate) fn with_cores<T: Send>(py: Python<'_>, work: impl FnMut() -> T + Send) -> PyResult<T> {
-    with_cores_telling(py, work, |_| Ok(()))
+    with_cores_telling(py, None, work, || [(); 0])
 }
 
-/// The same, with something that is done at every look at the keyboard.
-pub(crate) fn with_cores_telling<T: Send>(
+/// The same; `told`, if there is one, is called with what `far` gives at every look at the keyboard.
+pub(crate) fn with_cores_telling<T: Send, F, const N: usize>(
     py: Python<'_>,
+    told: Option<&Py<PyAny>>,
     mut work: impl FnMut() -> T + Send,
-    tell: impl Fn(Python<'_>) -> PyResult<()> + Sync,
-) -> PyResult<T> {
+    far: impl Fn() -> [F; N] + Sync,
+) -> PyResult<T>
+where
+    F: for<'py> IntoPyObject<'py>,
+{
     let pool = cores()?;
+    let tell = |py: Python<'_>| match told {
+        Some(told) => told.bind(py).call1(PyTuple::new(py, far())?).map(drop),
+        None => Ok(()),
+    };
     let look = |py: Python<'_>| py.check_signals().and_then(|()| tell(py));
     loop {
         let found = py.detach(|| watched(|| pool.install(&mut work), &look))?;
         match found {
-            Ok(found) => return Ok(found),
+            Ok(found) => return tell(py).map(|()| found),
             Err(payload) if payload.is::<Halted>() => {
                 while Halt::is_wanted() {
                     py.detach(|| std::thread::sleep(LOOK));
@@ -292,22 +300,6 @@ pub(crate) fn with_cores_telling<T: Send>(
             Err(payload) => return Err(fault(payload.as_ref())),
         }
     }
-}
-
-/// The same; `told`, if there is one, is called with the seconds that have passed.
-pub(crate) fn with_cores_timed<T: Send>(
-    py: Python<'_>,
-    told: Option<&Py<PyAny>>,
-    work: impl FnMut() -> T + Send,
-) -> PyResult<T> {
-    let begin = Instant::now();
-    with_cores_telling(py, work, |py| match told {
-        Some(told) => told
-            .bind(py)
-            .call1((begin.elapsed().as_secs_f64(),))
-            .map(drop),
-        None => Ok(()),
-    })
 }
 
 /// Works on another thread while this one looks at the keyboard.

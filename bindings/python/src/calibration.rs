@@ -1,6 +1,6 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
-use crate::arrays::{array, hexadecimal, with_cores, with_cores_timed};
+use crate::arrays::{array, hexadecimal, with_cores, with_cores_telling};
 use crate::errors::{calibrate_error, in_python, in_rows, input_error, value_error};
 use crate::files::{bytes_of, configuration, included, loads, plain};
 use crate::robot::{Robot, parameters_of};
@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use sha2::{Digest, Sha256};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// A report in three forms, made when it is asked for; pickled as texts.
 #[pyclass(frozen, module = "delta_cal._native")]
@@ -143,11 +143,14 @@ pub(crate) fn calibrate<'py>(
     };
     let limit = limit.map(limit_of).transpose()?;
     let samples = Samples::given(&robot, samples)?;
-    let found = with_cores_timed(py, progress.as_ref(), || {
+    let begin = Instant::now();
+    let work = || {
         let readings = samples.readings(&robot, options)?;
         let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
         Ok((readings, report))
-    })?;
+    };
+    let passed = || [begin.elapsed().as_secs_f64()];
+    let found = with_cores_telling(py, progress.as_ref(), work, passed)?;
     let (readings, report) =
         found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
     let found = Found {
@@ -184,7 +187,8 @@ pub(crate) fn calibrate_printer<'py>(
         InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, false))
     });
     let samples = samples.collect::<PyResult<Vec<_>>>()?;
-    let found = with_cores_timed(py, progress.as_ref(), || {
+    let begin = Instant::now();
+    let work = || {
         let imported = printer::read(firmware, &text, &samples, &stated, &included, &options)?;
         let options = Options {
             of_printer: true,
@@ -194,7 +198,9 @@ pub(crate) fn calibrate_printer<'py>(
         let report = delta_cal_host::calibrate(&robot, &readings, &options);
         let report = report.map_err(|error| printer::explained(error, Some(&imported)))?;
         Ok((imported, report))
-    })?;
+    };
+    let passed = || [begin.elapsed().as_secs_f64()];
+    let found = with_cores_telling(py, progress.as_ref(), work, passed)?;
     let (imported, report) = found.map_err(|error| calibrate_error(py, &error, false))?;
     let robot = Robot {
         file: imported.robot.clone(),

@@ -1,6 +1,6 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
-use crate::arrays::{array, with_cores, with_cores_telling, with_cores_timed};
+use crate::arrays::{array, with_cores, with_cores_telling};
 use crate::calibration::{document, frame_of, limit_of, method_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
 use crate::files::{configuration, included, loads, plain};
@@ -9,6 +9,7 @@ use crate::samples::{Samples, samples_of_bytes};
 use delta_cal_host::campaign::{self, OneCase, RobotResult, Spread};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
+use delta_cal_host::halt::Steps;
 use delta_cal_host::planning::{
     self, Determined, Kind, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, labelled,
     plan_for,
@@ -49,6 +50,7 @@ pub(crate) fn plan<'py>(
         let cause = format!("{count}; {LEAST} to {MOST} measurements can be planned");
         return Err(value_error("count", cause));
     }
+    let steps = Steps::default();
     let request = PlanRequest {
         frame: frame_of(frame)?,
         region,
@@ -59,16 +61,18 @@ pub(crate) fn plan<'py>(
             _ => return Err(value_error("order", "\"random\" or \"shortest\" is needed")),
         },
         seed,
+        steps: Some(&steps),
         ..PlanRequest::new(&robot.file, wishes, count)
     };
     if request.frame == Frame::Sensor && !request.kinds.positions() {
         let cause = "\"sensor\" is for coordinates, and measure asks for none";
         return Err(value_error("frame", cause));
     }
-    let found = with_cores_timed(py, progress.as_ref(), || match accuracy {
+    let plan = || match accuracy {
         Some(accuracy) => plan_for(&request, accuracy),
         None => planning::plan(&request),
-    })?;
+    };
+    let found = with_cores_telling(py, progress.as_ref(), plan, || steps.counted())?;
     let mut found = found.map_err(|error| plan_error(py, error))?;
     found.measurements = labelled(found.measurements, names, 1);
     let convention = robot.file.convention;
@@ -351,21 +355,10 @@ pub(crate) fn simulate<'py>(
         .checked_add(count)
         .ok_or_else(|| value_error("n", "too many robots"))?;
     let counted = AtomicU64::new(0);
-    let found = with_cores_telling(
-        py,
-        || {
-            campaign::run(&plan, &(first..end), &mut |own, _| {
-                counted.store(own, Relaxed);
-            })
-        },
-        |py| match &progress {
-            Some(tell) => tell
-                .bind(py)
-                .call1((counted.load(Relaxed), count))
-                .map(drop),
-            None => Ok(()),
-        },
-    )?;
+    let mut run = |own, _| counted.store(own, Relaxed);
+    let run = || campaign::run(&plan, &(first..end), &mut run);
+    let told = || [counted.load(Relaxed), count];
+    let found = with_cores_telling(py, progress.as_ref(), run, told)?;
     let found = found.map_err(|error| input_error(&error, false))?;
     let rows: Vec<_> = found.into_iter().map(|(_, row)| row).collect();
     columns(py, &rows)

@@ -19,7 +19,7 @@ _SYMBOLS = {
 }
 
 
-def framed(page: str) -> str:
+def in_frame(page: str) -> str:
     """A whole page within another."""
     return f'<iframe style="width:100%;height:40em;border:0" srcdoc="{html.escape(page)}"></iframe>'
 

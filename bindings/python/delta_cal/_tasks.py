@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from . import _native
-from ._calibration import _readings, _warn, stated_of
+from ._arrays import samples as samples_of
+from ._calibration import _warn, read, stated_of
 from ._native import Robot, Samples
-from ._pages import Told, framed, plain, written
+from ._pages import Told, in_frame, plain, written
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -150,7 +151,7 @@ def determined(
     seed: int = 1,
 ) -> Determined:
     """What samples determine, measured or not (a file of a plan), and which to add: ``delta-cal plan --samples``."""
-    return Determined(**_native.determined(robot, samples, frame, absolute, _whole("seed", seed, 0)))
+    return Determined(**_native.determined(robot, samples_of(robot, samples), frame, absolute, _whole("seed", seed, 0)))
 
 
 @dataclass(frozen=True, repr=False)
@@ -191,7 +192,7 @@ class Validation(_Result):
         written(path, {".html": lambda: self.html, ".json": lambda: _json(self.report), ".txt": lambda: self.text})
 
     def _repr_html_(self) -> str:
-        return framed(self.html)
+        return in_frame(self.html)
 
 
 def validate(
@@ -230,7 +231,7 @@ def validate(
         "height": height, "plane": plane, "distance": distance, "point": point,
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
-    found = Validation(**_native.validate(robot, _readings(q, x, readings), limit, frame))
+    found = Validation(**_native.validate(robot, read(robot, q, x, readings), limit, frame))
     _warn(found.warnings)
     return found
 

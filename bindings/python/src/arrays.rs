@@ -1,21 +1,20 @@
 //! Arguments to rows of numbers, frames to tables, rows to arrays, and what identifies them.
 
-use crate::errors::{type_error, value_error};
+use crate::errors::value_error;
 use crate::lanes::{Four, Kernel, LANES};
 use crate::wide::Lane;
-use delta_cal::robot::Drive;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
     Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyImportError, PyRuntimeError};
+use pyo3::call::PyCallArgs;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::{ParallelSlice, ParallelSliceMut};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
-use std::f64::consts::TAU;
 use std::fmt::{Display, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -27,8 +26,6 @@ use std::time::Duration;
 const LOOK: Duration = Duration::from_millis(50);
 /// Rows that one core takes at once.
 const CHUNK: usize = 2048;
-/// Rows that a message names.
-const NAMED: usize = 5;
 
 /// What arrays consist of.
 pub(crate) trait Number: Element + Lane + Into<f64> {
@@ -58,83 +55,22 @@ impl Number for f32 {
     }
 }
 
-/// Rows of three numbers, in place where they are contiguous.
-pub(crate) struct Rows<'py, N: Number = f64> {
-    array: PyReadonlyArrayDyn<'py, N>,
-}
-
-impl<N: Number> Rows<'_, N> {
-    pub(crate) fn get(&self) -> PyResult<&[[N; 3]]> {
-        Ok(self.array.as_slice()?.as_chunks().0)
-    }
-
-    /// The shape without the last axis.
-    fn outer(&self) -> &[usize] {
-        let shape = self.array.shape();
-        &shape[..shape.len() - 1]
-    }
-
-    /// Of shape (n, 3).
-    pub(crate) fn in_table(self, argument: &str) -> PyResult<Self> {
-        match self.array.shape() {
-            [_, _] => Ok(self),
-            shape => {
-                let cause = format!("shape {shape:?}; an array of shape (n, 3) is needed");
-                Err(value_error(argument, cause))
-            }
-        }
-    }
-}
-
-/// Numbers of any real type in the shape (…, 3).
-pub(crate) fn rows<'py, N: Number>(
-    argument: &str,
-    given: &Bound<'py, PyAny>,
-) -> PyResult<Rows<'py, N>> {
-    let array = numbers(argument, given)?;
-    if array.shape().last() != Some(&3) {
-        let shape = array.shape();
-        let cause = format!("shape {shape:?}; an array of shape (…, 3) is needed");
-        return Err(value_error(argument, cause));
-    }
-    Ok(Rows { array })
-}
-
-/// Rows that were read from a frame.
-pub(crate) fn rows_of<N: Number>(py: Python<'_>, all: Vec<[N; 3]>) -> PyResult<Rows<'_, N>> {
-    let shape = [all.len(), 3];
-    rows("", &array(py, all.into_flattened(), &shape)?)
+/// Python's part of this module.
+pub(crate) fn in_numpy<'py, A: PyCallArgs<'py>>(
+    py: Python<'py>,
+    name: &str,
+    arguments: A,
+) -> PyResult<Bound<'py, PyAny>> {
+    py.import("delta_cal._arrays")?
+        .call_method1(name, arguments)
 }
 
 /// Contiguous numbers of any shape; NaN where they are masked.
-pub(crate) fn numbers<'py, N: Number>(
+pub(crate) fn numbers<'py>(
     argument: &str,
     given: &Bound<'py, PyAny>,
-) -> PyResult<PyReadonlyArrayDyn<'py, N>> {
-    let numpy = given.py().import("numpy")?;
-    let array = numpy
-        .call_method1("asanyarray", (given,))
-        .map_err(|error| {
-            let cause = error.value(given.py());
-            value_error(argument, cause)
-        })?;
-    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    if !["f", "i", "u"].contains(&kind.as_str()) {
-        let cause = format!(
-            "dtype {}; an array of real numbers is needed",
-            array.getattr("dtype")?
-        );
-        return Err(type_error(argument, cause));
-    }
-    let array = if array.hasattr("filled")? {
-        array
-            .call_method1("astype", (N::TYPE,))?
-            .call_method1("filled", (f64::NAN,))?
-    } else {
-        array
-    };
-    let array = numpy.call_method1("ascontiguousarray", (array, N::TYPE))?;
-    array.extract()
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    Ok(in_numpy(given.py(), "numbers", (argument, given))?.extract()?)
 }
 
 /// So many numbers.
@@ -165,48 +101,24 @@ pub(crate) fn array<'py, N: Element>(
     Ok(array)
 }
 
-/// The indices of rows, for a message: "row 3", "rows 3, 5, …".
-pub(crate) fn named(rows: &[usize]) -> String {
-    let first = rows.iter().take(NAMED).map(ToString::to_string);
-    let first = first.collect::<Vec<_>>().join(", ");
-    match rows.len() {
-        1 => format!("row {first}"),
-        count if count > NAMED => format!("{count} rows ({first}, …)"),
-        _ => format!("rows {first}"),
-    }
-}
-
-/// Joint angles of more than a turn are degrees.
-pub(crate) fn radians<N: Number>(argument: &str, rows: &[[N; 3]], drive: Drive) -> PyResult<()> {
-    let beyond = |own: &N| (*own).into().abs() > TAU && (*own).into().is_finite();
-    if drive == Drive::Linear {
-        return Ok(());
-    }
-    for (index, row) in rows.iter().enumerate() {
-        if let Some(angle) = row.iter().find(|own| beyond(own)) {
-            let angle: f64 = (*angle).into();
-            let cause = format!(
-                "row {index} holds {angle}, more than a turn; angles are radians (numpy.deg2rad converts)"
-            );
-            return Err(value_error(argument, cause));
-        }
-    }
-    Ok(())
-}
-
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
 /// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all but the rows that are not
-/// clear to it. `joints`: the rows are joints of such drives.
+/// clear to it. `angles`: the rows are joint angles.
 pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
     py: Python<'py>,
-    (argument, rows, joints): (&str, &Rows<'py, N>, Option<Drive>),
+    (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],
     raise: bool,
     kernel: Option<impl Kernel<WIDTH>>,
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let from = rows.get()?;
-    let shape = PyTuple::new(py, [rows.outer(), each].concat())?;
+    let given: PyReadonlyArrayDyn<'py, N> = rows.extract()?;
+    let (from, _) = given.as_slice()?.as_chunks::<3>();
+    let outer = given
+        .shape()
+        .split_last()
+        .map_or(&[][..], |(_, outer)| outer);
+    let shape = PyTuple::new(py, [outer, each].concat())?;
     let array = py
         .import("numpy")?
         .call_method1("empty", (shape, N::TYPE))?;
@@ -253,8 +165,8 @@ pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
     } else {
         py.detach(|| fill(into, from));
     }
-    if let Some(drive) = joints.filter(|_| unclear.into_inner()) {
-        radians(argument, from, drive)?;
+    if angles && unclear.into_inner() {
+        in_numpy(py, "radians", (argument, rows))?;
     }
     let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| value.is_nan());
     if raise && let Some(row) = into.iter().position(is_nan) {
@@ -355,32 +267,6 @@ fn cores() -> PyResult<Arc<ThreadPool>> {
     // The pool of the parent process has no threads here that could be told to end.
     std::mem::forget(pool.replace((process, Arc::clone(&new))));
     Ok(new)
-}
-
-/// A data frame: of pandas, polars, or what has their methods; that of another library by the interchange protocol.
-pub(crate) fn frame<'py>(given: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
-    if given.hasattr("columns")? && given.hasattr("dtypes")? {
-        return Ok(Some(given.clone()));
-    }
-    if !given.hasattr("__dataframe__")? {
-        return Ok(None);
-    }
-    for reader in ["polars", "pandas.api.interchange"] {
-        if let Ok(module) = given.py().import(reader) {
-            return module.call_method1("from_dataframe", (given,)).map(Some);
-        }
-    }
-    let cause = "pandas or polars is needed to read this frame";
-    Err(PyImportError::new_err(cause))
-}
-
-/// The names of its columns.
-pub(crate) fn names_of(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
-    let names = frame.getattr("columns")?.try_iter()?;
-    let names = names.map(|name| name?.extract());
-    names
-        .collect::<PyResult<_>>()
-        .map_err(|_| type_error(argument, "names of columns are no words"))
 }
 
 /// A digest in hexadecimal digits.

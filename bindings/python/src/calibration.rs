@@ -124,7 +124,7 @@ fn now() -> u64 {
 pub(crate) fn calibrate<'py>(
     py: Python<'py>,
     robot: &Robot,
-    samples: &Bound<'py, PyAny>,
+    samples: &Samples,
     noise: Option<&Bound<'py, PyAny>>,
     tolerance: Option<&Bound<'py, PyAny>>,
     zero: Option<f64>,
@@ -142,7 +142,6 @@ pub(crate) fn calibrate<'py>(
         of_printer: false,
     };
     let limit = limit.map(limit_of).transpose()?;
-    let samples = Samples::given(&robot, samples)?;
     let begin = Instant::now();
     let work = || {
         let readings = samples.readings(&robot, options)?;
@@ -155,7 +154,7 @@ pub(crate) fn calibrate<'py>(
         found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
     let found = Found {
         robot,
-        samples: &samples,
+        samples,
         readings: &readings,
         limit,
         options: format!("{frame} {method:?} {robust} {limit:?}"),

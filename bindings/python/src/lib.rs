@@ -62,7 +62,7 @@ mod _native {
     #[pymodule_export]
     use crate::robot::{Robot, robot_of_text};
     #[pymodule_export]
-    use crate::samples::{Samples, read_samples, samples_of_bytes};
+    use crate::samples::{Samples, read_samples, samples_of_bytes, samples_of_columns};
     #[pymodule_export]
     use crate::tasks::{compare, determined, export, import_, plan, simulate, validate, workspace};
 

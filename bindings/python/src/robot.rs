@@ -1,8 +1,6 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
-use crate::arrays::{
-    Rows, array, each_row, frame, hexadecimal, names_of, numbers, radians, rows, rows_of, several,
-};
+use crate::arrays::{Number, array, each_row, hexadecimal, in_numpy, several};
 use crate::errors::{input_error, type_error, value_error};
 use crate::files::{bytes_of, dumps, loads, write};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
@@ -164,72 +162,28 @@ impl Robot {
         toml::from_str(self.source.text()).map_err(|error| value_error("robot", error))
     }
 
-    /// Joints in the controller's direction.
-    pub(crate) fn joints<'py>(
-        &self,
-        argument: &str,
-        given: &Bound<'py, PyAny>,
-    ) -> PyResult<Rows<'py>> {
-        let own = self.unchecked(argument, given)?;
-        radians(argument, own.get()?, self.file.robot.drive())?;
-        Ok(own)
-    }
-
-    /// The same, whatever their unit.
-    fn unchecked<'py>(&self, argument: &str, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+    /// The columns with `q` joints or `x` positions of a frame, and what converts them.
+    fn columns(&self, argument: &str, names: &[String]) -> PyResult<Vec<(String, f64)>> {
         let (drive, convention) = (self.file.robot.drive(), self.file.convention);
-        let Some(frame) = frame(given)? else {
-            return rows(argument, given);
+        let (columns, example) = match (argument, drive) {
+            ("x", _) => (Three::of_positions(names), "x_mm, y_mm, z_mm"),
+            (_, Drive::Rotary) => (Three::of_joints(drive, names), "q1_rad, q2_rad, q3_rad"),
+            (_, Drive::Linear) => (Three::of_joints(drive, names), "s1_mm, s2_mm, s3_mm"),
         };
-        let columns = Three::of_joints(drive, &names_of(argument, &frame)?);
-        self.converted(argument, &frame, columns, |row| convention.directed(&row))
-    }
-
-    /// Positions in the controller's axes.
-    pub(crate) fn positions<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
-        let Some(frame) = frame(given)? else {
-            return rows("x", given);
-        };
-        let convention = self.file.convention;
-        let columns = Three::of_positions(&names_of("x", &frame)?);
-        self.converted("x", &frame, columns, |row| {
-            convention.vector(&row.into()).into()
-        })
-    }
-
-    fn converted<'py>(
-        &self,
-        argument: &str,
-        frame: &Bound<'py, PyAny>,
-        columns: Option<Three>,
-        outwards: impl Fn([f64; 3]) -> [f64; 3],
-    ) -> PyResult<Rows<'py>> {
         let columns = columns.ok_or_else(|| {
-            let example = match (argument, self.file.robot.drive()) {
-                ("x", _) => "x_mm, y_mm, z_mm",
-                (_, Drive::Rotary) => "q1_rad, q2_rad, q3_rad",
-                (_, Drive::Linear) => "s1_mm, s2_mm, s3_mm",
-            };
-            value_error(
-                argument,
-                format!("needs columns such as {example}, each once and with its unit"),
-            )
+            let wanted = format!("needs columns such as {example}, each once and with its unit");
+            value_error(argument, wanted)
         })?;
-        let factors = columns.inwards(&self.file.convention, [1.0; 3]);
-        let factors = factors.map(outwards).ok_or_else(|| {
+        let factors = columns.inwards(&convention, [1.0; 3]).ok_or_else(|| {
             let cause = "counts need counts_per_deg in the robot's convention";
             value_error(argument, cause)
         })?;
-        let columns = columns
-            .names()
-            .map(|name| numbers::<f64>(name, &frame.get_item(name)?.call_method0("to_numpy")?));
-        let mut rows = vec![[0.0; 3]; frame.len()?];
-        for (place, (column, factor)) in columns.into_iter().zip(factors).enumerate() {
-            for (row, own) in rows.iter_mut().zip(column?.as_slice()?) {
-                row[place] = factor * own;
-            }
-        }
-        rows_of(frame.py(), rows)
+        let factors = match argument {
+            "x" => convention.vector(&factors.into()).into(),
+            _ => convention.directed(&factors),
+        };
+        let names = columns.names().map(|own| own.to_owned());
+        Ok(names.into_iter().zip(factors).collect())
     }
 
     /// Numbers of each row: of `q` joints, of `x` positions, in the type of the array.
@@ -246,23 +200,17 @@ impl Robot {
             "nan" => false,
             _ => return Err(value_error("errors", "\"nan\" or \"raise\" is needed")),
         };
-        let joints = (argument != "x").then(|| self.file.robot.drive());
-        if given.cast::<PyArrayDyn<f32>>().is_ok() {
-            let rows = (argument, &rows::<f32>(argument, given)?, joints);
-            return each_row(given.py(), rows, shape, raise, kernel, compute);
-        }
-        let rows = match joints {
-            None => self.positions(given)?,
-            Some(_) => self.unchecked(argument, given)?,
-        };
-        each_row::<f64, WIDTH, _>(
+        let (py, angles) = (
             given.py(),
-            (argument, &rows, joints),
-            shape,
-            raise,
-            kernel,
-            compute,
-        )
+            argument != "x" && self.file.robot.drive() == Drive::Rotary,
+        );
+        if given.cast::<PyArrayDyn<f32>>().is_ok() {
+            let rows = in_numpy(py, "rows", (argument, given, f32::TYPE))?;
+            let rows = (argument, &rows, angles);
+            return each_row::<f32, WIDTH, _>(py, rows, shape, raise, kernel, compute);
+        }
+        let rows = self._vectors(argument, given)?;
+        each_row::<f64, WIDTH, _>(py, (argument, &rows, angles), shape, raise, kernel, compute)
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -670,6 +618,24 @@ impl Robot {
                 axes[row] * signs[column % 4] * columns[(row, column)]
             }))
         })
+    }
+
+    /// Rows of three numbers of an array or a frame: of `x` positions, of all else joints.
+    pub(crate) fn _vectors<'py>(
+        &self,
+        argument: &str,
+        given: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = given.py();
+        let frame = in_numpy(py, "framed", (given,))?;
+        if frame.is_none() {
+            return in_numpy(py, "rows", (argument, given));
+        }
+        let names = frame.getattr("columns")?.try_iter()?;
+        let names = names
+            .map(|name| name?.extract())
+            .collect::<PyResult<Vec<_>>>()?;
+        in_numpy(py, "in_units", (&frame, self.columns(argument, &names)?))
     }
 
     /// The 24 parameters: array (3, 8), a row an arm. Dx, Dy, Dz (mm), theta, alpha (radians), La_x, La_y, Lb (mm); of

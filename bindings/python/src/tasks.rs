@@ -20,7 +20,7 @@ use delta_cal_host::report::{
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
 use delta_cal_host::{Frame, InputText, Options, Planned};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -106,7 +106,7 @@ fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
 pub(crate) fn determined<'py>(
     py: Python<'py>,
     robot: &Robot,
-    samples: &Bound<'py, PyAny>,
+    samples: &Samples,
     frame: &str,
     absolute: bool,
     seed: u64,
@@ -117,7 +117,6 @@ pub(crate) fn determined<'py>(
         seed,
         ..PlanRequest::new(&robot.file, Wishes::only(Kind::XYZ), LEAST)
     };
-    let samples = Samples::given(robot, samples)?;
     let file = Planned::read(&samples.text, &robot.file);
     let file = file.map_err(|error| input_error(&error, false))?;
     let unmeasured = file.unmeasured.iter();
@@ -137,7 +136,7 @@ pub(crate) fn determined<'py>(
 pub(crate) fn validate<'py>(
     py: Python<'py>,
     robot: &Robot,
-    samples: &Bound<'py, PyAny>,
+    samples: &Samples,
     limit: f64,
     frame: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -148,7 +147,6 @@ pub(crate) fn validate<'py>(
         frame: frame_of(if stored { "sensor" } else { frame })?,
         stored,
     };
-    let samples = Samples::given(robot, samples)?;
     check_independent(&robot.source, &samples.text).map_err(|error| input_error(&error, false))?;
     let found = with_cores(py, || {
         let options = Options {
@@ -159,7 +157,7 @@ pub(crate) fn validate<'py>(
         delta_cal_host::validation::validate(&robot.file, &readings, request)
     })?;
     let found = found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
-    let document = document(robot, &samples);
+    let document = document(robot, samples);
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
     let dict = PyDict::new(py);
     dict.set_item("verdict", found.verdict.name())?;
@@ -203,11 +201,9 @@ pub(crate) fn export<'py>(
         None => None,
         Some(x) => {
             let convention = robot.file.convention;
-            let rows = robot.positions(x)?;
-            let inside = rows
-                .get()?
-                .iter()
-                .map(|own| convention.vector(&(*own).into()));
+            let rows: PyReadonlyArrayDyn<'py, f64> = robot._vectors("x", x)?.extract()?;
+            let (rows, _) = rows.as_slice()?.as_chunks::<3>();
+            let inside = rows.iter().map(|own| convention.vector(&(*own).into()));
             Some(inside.collect())
         }
     };

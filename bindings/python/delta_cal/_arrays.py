@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections.abc import Mapping
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,12 +34,12 @@ _READ = ("x_mm", "y_mm", "z_mm", "height_mm", "distance_mm")
 def numbers(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
     """Contiguous real numbers of any shape; NaN where they are masked."""
     try:
-        array = np.asanyarray(given)
+        array: Any = np.asanyarray(given)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{argument}: {error}") from None
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{argument}: dtype {array.dtype}; an array of real numbers is needed")
-    if isinstance(array, np.ma.MaskedArray):
+    if hasattr(array, "filled"):
         array = array.astype(dtype).filled(np.nan)
     return np.ascontiguousarray(array, dtype)
 
@@ -47,7 +48,7 @@ def rows(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
     """Numbers in the shape (…, 3)."""
     array = numbers(argument, given, dtype)
     if array.shape[-1:] != (3,):
-        raise ValueError(f"{argument}: shape {array.shape}; an array of shape (…, 3) is needed")
+        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape (…, 3) is needed")
     return array
 
 
@@ -57,14 +58,12 @@ def framed(given: Any) -> Any:
         return given
     if not hasattr(given, "__dataframe__"):
         return None
-    try:
-        from polars import from_dataframe
-    except ImportError:
+    for reader in ("polars", "pandas.api.interchange"):
         try:
-            from pandas.api.interchange import from_dataframe
+            return import_module(reader).from_dataframe(given)
         except ImportError:
-            raise ImportError("pandas or polars is needed to read this frame") from None
-    return from_dataframe(given)
+            pass
+    raise ImportError("pandas or polars is needed to read this frame")
 
 
 def in_units(frame: Any, columns: Iterable[tuple[str, float]]) -> Array:
@@ -76,7 +75,7 @@ def radians(argument: str, angles: Array) -> None:
     """Joint angles of more than a turn are degrees."""
     table = angles.reshape(-1, 3)
     for row, place in np.argwhere(np.isfinite(table) & (np.abs(table) > math.tau))[:1]:
-        beyond = f"row {row} holds {table[row, place]}, more than a turn"
+        beyond = f"row {row} holds {table[row, place]:g}, more than a turn"
         raise ValueError(f"{argument}: {beyond}; angles are radians (numpy.deg2rad converts)")
 
 
@@ -127,7 +126,7 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[Columns, Array]:
             columns.update((names(axis), found[:, place]) for place, axis in enumerate("xyz"))
     shapes = np.full((count, 3, 3), np.nan)
     for argument, column in _NUMBERS.items():
-        if argument == "sigma" and np.ndim(own.get(argument)) > 1:
+        if argument == "sigma" and argument in own and np.ndim(own[argument]) > 1:
             columns[column], shapes = _covariances(own[argument], count)
         elif argument in own:
             columns[column] = _numbers(argument, own[argument], count)
@@ -144,7 +143,7 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[Columns, Array]:
 def _vectors(robot: Robot, argument: str, given: Any) -> Array:
     array = robot._vectors(argument, given)
     if array.ndim != 2:
-        raise ValueError(f"{argument}: shape {array.shape}; an array of shape (n, 3) is needed")
+        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape (n, 3) is needed")
     if argument != "x" and robot.drive == "rotary":
         radians(argument, array)
     return _finite(argument, array)
@@ -170,7 +169,7 @@ def _numbers(argument: str, given: Any, count: int) -> Array:
     if array.size == 1:
         array = np.full(count, array)
     if array.ndim != 1:
-        raise ValueError(f"{argument}: shape {array.shape}; an array of shape (n,) is needed")
+        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape (n,) is needed")
     _check_count(argument, len(array), count)
     return _finite(argument, array)
 
@@ -196,7 +195,7 @@ def _covariances(given: Any, count: int) -> tuple[Array, Array]:
     """σ and shape of the covariance of each row, of σ of its coordinates (n, 3) or of covariances (n, 3, 3)."""
     array = numbers("sigma", given)
     if array.ndim > 3 or array.shape[1:] not in ((3,), (3, 3)):
-        raise ValueError(f"sigma: shape {array.shape}; (n,), (n, 3) or (n, 3, 3) is needed")
+        raise ValueError(f"sigma: shape {list(array.shape)}; (n,), (n, 3) or (n, 3, 3) is needed")
     _check_count("sigma", len(array), count)
     matrices = array[:, :, None] ** 2 * np.eye(3) if array.ndim == 2 else array
     square = np.trace(matrices, axis1=1, axis2=2) / 3

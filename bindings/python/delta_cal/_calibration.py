@@ -199,6 +199,15 @@ def read(robot: Robot, q: Any, x: Any, others: Mapping[str, Any]) -> Samples:
     return samples(robot, {"q": q, **given})
 
 
+def _transform(frame: dict[str, Any] | None) -> Array | None:
+    if frame is None:
+        return None
+    found = np.eye(4)
+    found[:3, :3], found[:3, 3] = frame["rotation"], frame["translation_mm"]
+    found.setflags(write=False)
+    return found
+
+
 def _warn(findings: Iterable[str]) -> None:
     for text in findings:
         warnings.warn(text, CalibrationWarning, stacklevel=3)
@@ -305,6 +314,7 @@ def calibrate(
             raise TypeError("q: a file with readings of the printer is needed")
         with Told(progress, timed=True) as tell:
             found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit, tell)
+    found["frame"] = _transform(found["frame"])
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")
     return Calibration(**found)

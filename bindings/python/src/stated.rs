@@ -10,11 +10,21 @@ use delta_cal_host::files::convention::Convention;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 /// σ of angles above these, radians, are degrees.
 const LARGEST_ANGLE: f64 = 0.2;
 pub(crate) const LARGEST_ZERO: f64 = 0.6;
+
+pub(crate) const FRAMES: &str = "\"base\" or \"sensor\"";
+pub(crate) const METHODS: &str = "\"joint\", \"ikm\" or \"fkm\"";
+
+/// One of some words.
+pub(crate) fn word<T: DeserializeOwned>(argument: &str, given: &str, all: &str) -> PyResult<T> {
+    let found = serde_json::from_value(given.into());
+    found.map_err(|_| value_error(argument, format!("{given:?}; {all} is needed")))
+}
 
 /// What is stated in place of what a robot has.
 #[derive(Default)]

@@ -1,18 +1,18 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
 use crate::arrays::{array, with_cores, with_cores_telling};
-use crate::calibration::{document, frame_of, limit_of, method_of};
+use crate::calibration::{document, limit_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
 use crate::files::{configuration, included, loads, plain};
 use crate::robot::Robot;
 use crate::samples::{Samples, samples_of_bytes};
-use delta_cal_host::campaign::{self, OneCase, RobotResult, Spread};
+use crate::stated::{FRAMES, METHODS, word};
+use delta_cal_host::campaign::{self, OneCase, RobotResult};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
 use delta_cal_host::halt::Steps;
 use delta_cal_host::planning::{
-    self, Determined, Kind, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, labelled,
-    plan_for,
+    self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Region, Wishes, labelled, plan_for,
 };
 use delta_cal_host::report::{
     comparison, plan as plan_report, validation, workspace as workspace_report,
@@ -52,14 +52,10 @@ pub(crate) fn plan<'py>(
     }
     let steps = Steps::default();
     let request = PlanRequest {
-        frame: frame_of(frame)?,
+        frame: word("frame", frame, FRAMES)?,
         region,
         absolute,
-        order: match order {
-            "random" => Order::Random,
-            "shortest" => Order::Shortest,
-            _ => return Err(value_error("order", "\"random\" or \"shortest\" is needed")),
-        },
+        order: word("order", order, "\"random\" or \"shortest\"")?,
         seed,
         steps: Some(&steps),
         ..PlanRequest::new(&robot.file, wishes, count)
@@ -112,7 +108,7 @@ pub(crate) fn determined<'py>(
     seed: u64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let request = PlanRequest {
-        frame: frame_of(frame)?,
+        frame: word("frame", frame, FRAMES)?,
         absolute,
         seed,
         ..PlanRequest::new(&robot.file, Wishes::only(Kind::XYZ), LEAST)
@@ -144,7 +140,7 @@ pub(crate) fn validate<'py>(
     let stored = frame == "stored";
     let request = Request {
         limit,
-        frame: frame_of(if stored { "sensor" } else { frame })?,
+        frame: word("frame", if stored { "sensor" } else { frame }, FRAMES)?,
         stored,
     };
     check_independent(&robot.source, &samples.text).map_err(|error| input_error(&error, false))?;
@@ -330,16 +326,9 @@ pub(crate) fn simulate<'py>(
         robot: "robot",
         robots: 1,
         seed,
-        spread: match spread {
-            "uniform" => Spread::Uniform,
-            "normal" => Spread::Normal,
-            _ => {
-                let cause = format!("{spread}; \"normal\" or \"uniform\" is needed");
-                return Err(value_error("spread", cause));
-            }
-        },
+        spread: word("spread", spread, "\"normal\" or \"uniform\"")?,
         poses,
-        method: method_of(method)?,
+        method: word("method", method, METHODS)?,
         planned,
     };
     if let Err(missing) = case.to_toml(&robot.file) {

@@ -6,7 +6,7 @@ use crate::fit::Frame;
 use crate::geometry::Region;
 use crate::halt::Steps;
 use crate::text::list;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
 
@@ -56,7 +56,7 @@ impl<'a> PlanRequest<'a> {
 }
 
 /// The order of the measurements within each set-up: a gauge block, or a sensor at a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Order {

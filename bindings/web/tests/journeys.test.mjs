@@ -571,6 +571,9 @@ journey("an export for the printer itself has the bed of its lines", async (page
   await page.locator("#lines").waitFor();
   const settings = (lines) => lines.split("\n").filter((line) => /^[a-z_]+:/.test(line) && !line.startsWith("kinematics"));
   assert.deepEqual(settings(await page.locator("#lines").innerText()), settings(paste));
+  // Whole in print.
+  await page.emulateMedia({ media: "print" });
+  assert.equal(await page.locator("#lines").evaluate((own) => own.scrollHeight > own.clientHeight || own.scrollWidth > own.clientWidth), false);
 });
 
 journey("the warning of a crash stands above the button, and inside what is copied", async (page) => {

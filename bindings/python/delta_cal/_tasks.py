@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import operator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from . import _native
 from ._arrays import samples as samples_of
@@ -20,6 +24,12 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance
+
+
+_FIGURES = [
+    *(f"parameter_{own}" for own in ("before", "after", "stated", "bound")),
+    *(f"{name}_{own}" for name in ("error", "relative") for own in ("before", "after", "stated")),
+]
 
 
 def _json(report: dict[str, Any]) -> str:
@@ -404,6 +414,10 @@ def simulate(
     n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
     with Told(progress) as tell:
-        found: dict[str, Any] = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)
-    return found
-
+        table = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)
+    rows = list(csv.DictReader(io.StringIO(table)))
+    status = np.array([row["status"] for row in rows], dtype=str)
+    found: dict[str, Any] = {"robot": np.array([int(row["robot"]) for row in rows], dtype=np.uint64), "accepted": status == "accepted"}
+    for name in _FIGURES:
+        found[name] = np.array([float(row[f"{name}_mm"] or "nan") for row in rows])
+    return {**found, "status": status}

@@ -1,4 +1,4 @@
-//! Arguments to rows of numbers, frames to tables, rows to arrays, and what identifies them.
+//! Rows of numbers to arrays, on all cores, and what identifies them. `delta_cal/_arrays.py` prepares the arguments.
 
 use crate::errors::value_error;
 use crate::lanes::{Four, Kernel, LANES};
@@ -70,7 +70,7 @@ pub(crate) fn numbers<'py>(
     argument: &str,
     given: &Bound<'py, PyAny>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    Ok(in_numpy(given.py(), "numbers", (argument, given))?.extract()?)
+    in_numpy(given.py(), "numbers", (argument, given))?.extract()
 }
 
 /// So many numbers.

@@ -98,6 +98,12 @@ fn now() -> u64 {
     })
 }
 
+/// The seconds that have passed since.
+fn passed() -> impl Fn() -> [f64; 1] + Sync {
+    let begin = Instant::now();
+    move || [begin.elapsed().as_secs_f64()]
+}
+
 /// What a calibration found.
 #[pyfunction]
 pub(crate) fn calibrate<'py>(
@@ -121,14 +127,12 @@ pub(crate) fn calibrate<'py>(
         of_printer: false,
     };
     let limit = limit.map(limit_of).transpose()?;
-    let begin = Instant::now();
     let work = || {
         let readings = samples.readings(&robot, options)?;
         let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
         Ok((readings, report))
     };
-    let passed = || [begin.elapsed().as_secs_f64()];
-    let found = with_cores_telling(py, progress.as_ref(), work, passed)?;
+    let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
     let (readings, report) =
         found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
     let found = Found {
@@ -165,7 +169,6 @@ pub(crate) fn calibrate_printer<'py>(
         InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, false))
     });
     let samples = samples.collect::<PyResult<Vec<_>>>()?;
-    let begin = Instant::now();
     let work = || {
         let imported = printer::read(firmware, &text, &samples, &stated, &included, &options)?;
         let options = Options {
@@ -177,8 +180,7 @@ pub(crate) fn calibrate_printer<'py>(
         let report = report.map_err(|error| printer::explained(error, Some(&imported)))?;
         Ok((imported, report))
     };
-    let passed = || [begin.elapsed().as_secs_f64()];
-    let found = with_cores_telling(py, progress.as_ref(), work, passed)?;
+    let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
     let (imported, report) = found.map_err(|error| calibrate_error(py, &error, false))?;
     let robot = Robot {
         file: imported.robot.clone(),

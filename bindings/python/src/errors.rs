@@ -127,7 +127,7 @@ pub(crate) fn refusal(py: Python<'_>, findings: &[(&str, String, String)]) -> Py
         let all = findings.iter().map(|(kind, text, remedy)| {
             json!({"level": "warning", "kind": kind, "text": text, "remedy": remedy})
         });
-        let all = loads(py, &Value::from_iter(all).to_string())?;
+        let all = loads(py, &all.collect::<Value>().to_string())?;
         error.value(py).setattr("findings", all)?;
         error.value(py).setattr("rows", rows_in(&message))
     };

@@ -173,7 +173,7 @@ impl Lanes {
                 .map(|own| ArmNumbers::of(own, &file.convention, &point.place)),
             up: file.convention.vector(&file.robot.up()).into(),
             linear: file.robot.drive() == Drive::Linear,
-            range: [(low + high) / 2.0, (high - low) / 2.0],
+            range: [f64::midpoint(low, high), (high - low) / 2.0],
         })
     }
 
@@ -265,8 +265,8 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
         }
         // What is beyond a row's last column is overwritten by the next.
         for lane in 0..LANES {
-            for group in 0..WIDTH.div_ceil(4) {
-                let (first, own) = (WIDTH * lane + 4 * group, &found[group][lane]);
+            for (group, own) in found[..WIDTH.div_ceil(4)].iter().enumerate() {
+                let (first, own) = (WIDTH * lane + 4 * group, &own[lane]);
                 if lane < LANES - 1 {
                     into[first..first + 4].copy_from_slice(own);
                 } else {

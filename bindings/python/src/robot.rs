@@ -182,7 +182,7 @@ impl Robot {
             "x" => convention.vector(&factors.into()).into(),
             _ => convention.directed(&factors),
         };
-        let names = columns.names().map(|own| own.to_owned());
+        let names = columns.names().map(str::to_owned);
         Ok(names.into_iter().zip(factors).collect())
     }
 
@@ -209,7 +209,7 @@ impl Robot {
             let rows = (argument, &rows, angles);
             return each_row::<f32, WIDTH, _>(py, rows, shape, raise, kernel, compute);
         }
-        let rows = self._vectors(argument, given)?;
+        let rows = self.vectors(argument, given)?;
         each_row::<f64, WIDTH, _>(py, (argument, &rows, angles), shape, raise, kernel, compute)
     }
 
@@ -621,7 +621,8 @@ impl Robot {
     }
 
     /// Rows of three numbers of an array or a frame: of `x` positions, of all else joints.
-    pub(crate) fn _vectors<'py>(
+    #[pyo3(name = "_vectors")]
+    pub(crate) fn vectors<'py>(
         &self,
         argument: &str,
         given: &Bound<'py, PyAny>,

@@ -7,7 +7,7 @@ use crate::files::{configuration, included, loads, plain};
 use crate::robot::Robot;
 use crate::samples::{Samples, samples_of_bytes};
 use crate::stated::{FRAMES, METHODS, word};
-use delta_cal_host::campaign::{self, OneCase, RobotResult};
+use delta_cal_host::campaign::{self, OneCase};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
 use delta_cal_host::halt::Steps;
@@ -21,8 +21,9 @@ use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
 use delta_cal_host::{Frame, InputText, Options, Planned};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people.
@@ -197,7 +198,7 @@ pub(crate) fn export<'py>(
         None => None,
         Some(x) => {
             let convention = robot.file.convention;
-            let rows: PyReadonlyArrayDyn<'py, f64> = robot._vectors("x", x)?.extract()?;
+            let rows: PyReadonlyArrayDyn<'py, f64> = robot.vectors("x", x)?.extract()?;
             let (rows, _) = rows.as_slice()?.as_chunks::<3>();
             let inside = rows.iter().map(|own| convention.vector(&(*own).into()));
             Some(inside.collect())
@@ -308,10 +309,10 @@ pub(crate) fn compare<'py>(
     Ok(dict)
 }
 
-/// Columns of a simulated campaign, a row a robot.
+/// The table of a simulated campaign, a row a robot.
 #[pyfunction]
-pub(crate) fn simulate<'py>(
-    py: Python<'py>,
+pub(crate) fn simulate(
+    py: Python<'_>,
     robot: &Robot,
     first: u64,
     count: u64,
@@ -321,7 +322,7 @@ pub(crate) fn simulate<'py>(
     planned: bool,
     spread: &str,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<String> {
     let case = OneCase {
         robot: "robot",
         robots: 1,
@@ -345,40 +346,5 @@ pub(crate) fn simulate<'py>(
     let told = || [counted.load(Relaxed), count];
     let found = with_cores_telling(py, progress.as_ref(), run, told)?;
     let found = found.map_err(|error| input_error(&error, false))?;
-    let rows: Vec<_> = found.into_iter().map(|(_, row)| row).collect();
-    columns(py, &rows)
-}
-
-/// A column of robots.
-type Column = (&'static str, fn(&RobotResult) -> Option<f64>);
-
-const COLUMNS: [Column; 10] = [
-    ("parameter_before", |row| row.parameter_before_mm),
-    ("parameter_after", |row| row.parameter_after_mm),
-    ("parameter_stated", |row| row.parameter_stated_mm),
-    ("parameter_bound", |row| row.parameter_bound_mm),
-    ("error_before", |row| row.error_before_mm),
-    ("error_after", |row| row.error_after_mm),
-    ("error_stated", |row| row.error_stated_mm),
-    ("relative_before", |row| row.relative_before_mm),
-    ("relative_after", |row| row.relative_after_mm),
-    ("relative_stated", |row| row.relative_stated_mm),
-];
-
-fn columns<'py>(py: Python<'py>, rows: &[RobotResult]) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    let robots = rows.iter().map(|row| row.robot).collect();
-    dict.set_item("robot", PyArray1::<u64>::from_vec(py, robots))?;
-    let accepted = rows.iter().map(RobotResult::is_accepted).collect();
-    dict.set_item("accepted", PyArray1::<bool>::from_vec(py, accepted))?;
-    for (name, of) in COLUMNS {
-        let values = rows.iter().map(|row| of(row).unwrap_or(f64::NAN)).collect();
-        dict.set_item(name, PyArray1::<f64>::from_vec(py, values))?;
-    }
-    let statuses = PyList::new(py, rows.iter().map(|row| row.status.as_str()))?;
-    let statuses = py
-        .import("numpy")?
-        .call_method1("array", (statuses, "str"))?;
-    dict.set_item("status", statuses)?;
-    Ok(dict)
+    campaign::rows_csv(&found).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

@@ -1,5 +1,8 @@
 //! As many numbers as the processor computes with in one instruction, and vectors of them.
 
+// Coefficients are as computed.
+#![allow(clippy::excessive_precision)]
+
 use pulp::bytemuck::{Pod, cast_slice, cast_slice_mut};
 use pulp::{Interleave, Simd};
 use std::ops::{Add, BitAnd, Div, Mul, Neg, Sub};

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from ._native import Robot
     from ._types import Array
 
-    Columns = dict[str, Any]
 
 _NAMED = 5
 """Rows that a message names."""
@@ -105,7 +104,7 @@ def _joined(parts: Sequence[Any], counts: Sequence[int]) -> Any:
     return np.concatenate([np.full(count, np.nan) if own is None else own for own, count in zip(parts, counts)])
 
 
-def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[Columns, Array]:
+def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[dict[str, Any], Array]:
     """The columns of arrays by the names of their arguments, and the shapes of their covariances, NaN without."""
     for name in given:
         if name not in ("q", "x", "to", *_NUMBERS, *_WORDS):
@@ -118,7 +117,7 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[Columns, Array]:
     count = len(q)
     if count == 0:
         raise ValueError("q: no rows")
-    columns: Columns = {joint(place + 1): q[:, place] for place in range(3)}
+    columns: dict[str, Any] = {joint(place + 1): q[:, place] for place in range(3)}
     for argument, names in (("x", "{}_mm".format), ("to", lambda axis: "to_" + joint("xyz".index(axis) + 1))):
         if argument in own:
             found = _vectors(robot, argument, own[argument])

@@ -300,9 +300,10 @@ def calibrate(
             raise TypeError(f"{own}: is for a printer's configuration")
         if q is None:
             raise ValueError("q: joint angles or samples are needed")
+        robot = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
         given = read(robot, q, x, readings)
         with Told(progress, timed=True) as tell:
-            found = _native.calibrate(robot, given, noise, tolerance, zero, frame, method, robust, limit, tell)
+            found = _native.calibrate(robot, given, frame, method, robust, limit, tell)
     else:
         others = {**readings, "noise": noise, "tolerance": tolerance, "zero": zero}
         for own, value in others.items():

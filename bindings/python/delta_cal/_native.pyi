@@ -144,9 +144,6 @@ def samples_of_columns(
 def calibrate(
     robot: Robot,
     samples: Samples,
-    noise: Noise | None,
-    tolerance: Tolerance | None,
-    zero: float | None,
     frame: str,
     method: str | None,
     robust: bool,

@@ -6,7 +6,7 @@ use crate::errors::{calibrate_error, in_python, in_rows, input_error, value_erro
 use crate::files::{bytes_of, configuration, included, loads, plain};
 use crate::robot::{Robot, parameters_of};
 use crate::samples::{Again, Samples};
-use crate::stated::{FRAMES, METHODS, Stated, word};
+use crate::stated::{FRAMES, METHODS, word};
 use delta_cal_host::files::document::Document;
 use delta_cal_host::import::Imported;
 use delta_cal_host::printer;
@@ -110,16 +110,12 @@ pub(crate) fn calibrate<'py>(
     py: Python<'py>,
     robot: &Robot,
     samples: &Samples,
-    noise: Option<&Bound<'py, PyAny>>,
-    tolerance: Option<&Bound<'py, PyAny>>,
-    zero: Option<f64>,
     frame: &str,
     method: Option<&str>,
     robust: bool,
     limit: Option<f64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let robot = robot.with(Stated::of(py, noise, tolerance, zero, None)?)?;
     let options = Options {
         method: method.map(|own| word("method", own, METHODS)).transpose()?,
         robust,
@@ -128,7 +124,7 @@ pub(crate) fn calibrate<'py>(
     };
     let limit = limit.map(limit_of).transpose()?;
     let work = || {
-        let readings = samples.readings(&robot, options)?;
+        let readings = samples.readings(robot, options)?;
         let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
         Ok((readings, report))
     };
@@ -136,7 +132,7 @@ pub(crate) fn calibrate<'py>(
     let (readings, report) =
         found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
     let found = Found {
-        robot,
+        robot: robot.same(),
         samples,
         readings: &readings,
         limit,

@@ -82,7 +82,7 @@ impl Robot {
     pub(crate) fn with(&self, stated: Stated<'_>) -> PyResult<Self> {
         let mut file = self.file.clone();
         let mut sections = serde_json::Map::new();
-        for (name, value) in stated.sections.iter().flatten() {
+        for (name, value) in stated.sections.iter() {
             if !(value.is_none() || value.is_instance_of::<PyDict>()) {
                 let cause = "a dict is needed, of the keys that a robot file has in this section";
                 return Err(type_error(&name.extract::<String>()?, cause));
@@ -98,23 +98,23 @@ impl Robot {
             file.convention = Self::of_file(&file, "")?.merged(all)?.file.convention;
         }
         let drive = file.robot.drive();
-        if let Some(parameters) = stated.parameters {
+        if let Some(parameters) = &stated.parameters {
             let arms = arms_of(&file.convention, parameters)?;
             let robot = file.robot.with_parameters(arms);
             file.robot = robot.map_err(|error| value_error("parameters", error))?;
         }
-        if let Some(transmissions) = stated.transmissions {
+        if let Some(transmissions) = &stated.transmissions {
             file.robot = with_transmissions(&file, transmissions)?;
         }
-        if let Some(limits) = stated.limits {
+        if let Some(limits) = &stated.limits {
             let [low, high] = several("limits", limits, "(smallest, largest)")?;
             let (low, high) = file.convention.limits(low, high);
             file.limits = limits_of((low, high), drive)?;
         }
-        if let Some(noise) = stated.noise {
+        if let Some(noise) = &stated.noise {
             file.noise = Some(noise_of(noise)?);
         }
-        if let Some(tolerance) = stated.tolerance {
+        if let Some(tolerance) = &stated.tolerance {
             file.tolerance = Some(tolerance_of(tolerance, &file)?);
         }
         if let Some(zero) = stated.zero {
@@ -141,7 +141,7 @@ impl Robot {
         }
     }
 
-    fn same(&self) -> Self {
+    pub(crate) fn same(&self) -> Self {
         let Self { file, source } = self;
         Self {
             file: file.clone(),
@@ -268,7 +268,10 @@ impl Robot {
     /// ValueError
     ///     Lengths or limits that are impossible; the message begins with the argument.
     #[staticmethod]
-    #[pyo3(signature = (*, base_radius, platform_radius, upper_arm, forearm, limits, tolerance=None, zero=None, noise=None, **sections))]
+    #[pyo3(
+        signature = (*, base_radius, platform_radius, upper_arm, forearm, limits, **stated),
+        text_signature = "(*, base_radius, platform_radius, upper_arm, forearm, limits, tolerance=None, zero=None, noise=None, **sections)"
+    )]
     fn nominal<'py>(
         py: Python<'py>,
         base_radius: f64,
@@ -276,10 +279,7 @@ impl Robot {
         upper_arm: f64,
         forearm: f64,
         limits: &Bound<'py, PyAny>,
-        tolerance: Option<&Bound<'py, PyAny>>,
-        zero: Option<f64>,
-        noise: Option<&Bound<'py, PyAny>>,
-        sections: Option<&Bound<'py, PyDict>>,
+        stated: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
         let lengths = [
             ("base_radius", base_radius),
@@ -303,8 +303,8 @@ impl Robot {
         let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
         file.platform_radius = Some(platform_radius);
         Self::of_file(&file, "")?.with(Stated {
-            limits: Some(limits),
-            ..Stated::of(py, noise, tolerance, zero, sections)?
+            limits: Some(limits.clone()),
+            ..Stated::of(py, stated)?
         })
     }
 
@@ -323,17 +323,16 @@ impl Robot {
     /// tolerance, zero, noise, sections
     ///     As of `nominal`.
     #[staticmethod]
-    #[pyo3(signature = (parameters, *, limits, transmissions=None, drive="rotary", tolerance=None, zero=None, noise=None, **sections))]
+    #[pyo3(
+        signature = (parameters, *, limits, drive="rotary", **stated),
+        text_signature = "(parameters, *, limits, transmissions=None, drive='rotary', tolerance=None, zero=None, noise=None, **sections)"
+    )]
     fn from_parameters<'py>(
         py: Python<'py>,
         parameters: &Bound<'py, PyAny>,
         limits: &Bound<'py, PyAny>,
-        transmissions: Option<&Bound<'py, PyAny>>,
         drive: &str,
-        tolerance: Option<&Bound<'py, PyAny>>,
-        zero: Option<f64>,
-        noise: Option<&Bound<'py, PyAny>>,
-        sections: Option<&Bound<'py, PyDict>>,
+        stated: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
         let drive = match drive {
             "rotary" => Drive::Rotary,
@@ -367,10 +366,9 @@ impl Robot {
         };
         let file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, drive)?);
         Self::of_file(&file, "")?.with(Stated {
-            parameters: Some(parameters),
-            transmissions,
-            limits: Some(limits),
-            ..Stated::of(py, noise, tolerance, zero, sections)?
+            parameters: Some(parameters.clone()),
+            limits: Some(limits.clone()),
+            ..Stated::of(py, stated)?
         })
     }
 
@@ -424,24 +422,12 @@ impl Robot {
     ///     As of `from_parameters`.
     /// tolerance, zero, noise, sections
     ///     As of `nominal`. `convention` counts the same robot in another way.
-    #[pyo3(signature = (*, parameters=None, limits=None, transmissions=None, tolerance=None, zero=None, noise=None, **sections))]
-    fn replace<'py>(
-        &self,
-        py: Python<'py>,
-        parameters: Option<&Bound<'py, PyAny>>,
-        limits: Option<&Bound<'py, PyAny>>,
-        transmissions: Option<&Bound<'py, PyAny>>,
-        tolerance: Option<&Bound<'py, PyAny>>,
-        zero: Option<f64>,
-        noise: Option<&Bound<'py, PyAny>>,
-        sections: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Self> {
-        self.with(Stated {
-            parameters,
-            transmissions,
-            limits,
-            ..Stated::of(py, noise, tolerance, zero, sections)?
-        })
+    #[pyo3(
+        signature = (**stated),
+        text_signature = "(self, *, parameters=None, limits=None, transmissions=None, tolerance=None, zero=None, noise=None, **sections)"
+    )]
+    fn replace<'py>(&self, py: Python<'py>, stated: Option<&Bound<'py, PyDict>>) -> PyResult<Self> {
+        self.with(Stated::of(py, stated)?)
     }
 
     /// Positions of the platform point, or of a target.

@@ -5,7 +5,7 @@ use crate::lanes::{Four, Kernel, LANES};
 use crate::wide::Lane;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
-    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods, dtype,
 };
 use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyRuntimeError;
@@ -26,34 +26,6 @@ use std::time::Duration;
 const LOOK: Duration = Duration::from_millis(50);
 /// Rows that one core takes at once.
 const CHUNK: usize = 2048;
-
-/// What arrays consist of.
-pub(crate) trait Number: Element + Lane + Into<f64> {
-    /// NumPy's name.
-    const TYPE: &str;
-    /// The nearest number.
-    fn of(number: f64) -> Self;
-}
-
-impl Number for f64 {
-    const TYPE: &str = "float64";
-
-    fn of(number: f64) -> Self {
-        number
-    }
-}
-
-impl Number for f32 {
-    const TYPE: &str = "float32";
-
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a result is as exact as what it is of"
-    )]
-    fn of(number: f64) -> Self {
-        number as Self
-    }
-}
 
 /// Python's part of this module.
 pub(crate) fn in_numpy<'py, A: PyCallArgs<'py>>(
@@ -104,7 +76,7 @@ pub(crate) fn array<'py, N: Element>(
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
 /// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all but the rows that are not
 /// clear to it. `angles`: the rows are joint angles.
-pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
+pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E: Display>(
     py: Python<'py>,
     (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],
@@ -121,7 +93,7 @@ pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
     let shape = PyTuple::new(py, [outer, each].concat())?;
     let array = py
         .import("numpy")?
-        .call_method1("empty", (shape, N::TYPE))?;
+        .call_method1("empty", (shape, dtype::<N>(py)))?;
     let array = array.cast_into::<PyArrayDyn<N>>()?;
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();

@@ -41,7 +41,7 @@ pub(crate) struct Stated<'py> {
 impl<'py> Stated<'py> {
     /// Of the arguments by their names; `noise` and `tolerance` may be sections themselves.
     pub(crate) fn of(py: Python<'py>, given: Option<&Bound<'py, PyDict>>) -> PyResult<Self> {
-        let sections = given.map_or_else(|| Ok(PyDict::new(py)), |own| own.copy())?;
+        let sections = given.map_or_else(|| Ok(PyDict::new(py)), PyDictMethods::copy)?;
         let take = |name: &str| -> PyResult<Option<Bound<'py, PyAny>>> {
             let Some(own) = sections.get_item(name)? else {
                 return Ok(None);

@@ -27,6 +27,8 @@ pub(crate) trait Lane: Pod + Default + Send + Sync {
     /// A pose is this far from every singularity, as a sine.
     const CLEAR: f64;
 
+    /// The nearest number.
+    fn of(number: f64) -> Self;
     fn all<S: Simd>(simd: S, number: f64) -> Self::Many<S>;
     fn add<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
     fn sub<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
@@ -69,9 +71,13 @@ macro_rules! lane {
             $($constant)*
 
             #[inline(always)]
-            #[allow(clippy::cast_possible_truncation, clippy::cast_lossless, reason = "coefficients")]
+            #[allow(clippy::cast_possible_truncation, clippy::cast_lossless, reason = "results are as exact as arguments")]
+            fn of(number: f64) -> Self {
+                number as $number
+            }
+            #[inline(always)]
             fn all<S: Simd>(simd: S, number: f64) -> S::$many {
-                simd.$splat(number as $number)
+                simd.$splat(Self::of(number))
             }
             $(#[inline(always)]
             fn $binary<S: Simd>(simd: S, one: S::$many, other: S::$many) -> S::$many {

@@ -1,4 +1,4 @@
-//! Stopping long computations from another thread, as when a user presses Ctrl-C.
+//! Stopping long computations from another thread, as when a user presses Ctrl-C, and seeing from there how far they are.
 //!
 //! Their loops call [`check`], which unwinds while anyone wants them stopped: no result is half done, and no function
 //! needs another kind of error. Where panics abort, as in a browser, nobody calls [`Halt::new`].
@@ -6,6 +6,27 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 static WANTED: AtomicUsize = AtomicUsize::new(0);
+
+/// How many steps of a computation are done.
+#[derive(Debug, Default)]
+pub struct Steps([AtomicUsize; 2]);
+
+impl Steps {
+    /// Those done, and all that are known to be needed so far.
+    pub fn counted(&self) -> [usize; 2] {
+        self.0.each_ref().map(|own| own.load(Ordering::Relaxed))
+    }
+
+    /// So many more will be needed.
+    pub(crate) fn expect(&self, more: usize) {
+        self.0[1].fetch_add(more, Ordering::Relaxed);
+    }
+
+    /// One is done.
+    pub(crate) fn step(&self) {
+        self.0[0].fetch_add(1, Ordering::Relaxed);
+    }
+}
 
 /// The payload with which [`check`] unwinds.
 #[derive(Debug)]

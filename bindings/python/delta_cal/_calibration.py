@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from . import _native
+from ._arrays import framed, samples
 from ._native import Robot, Samples
-from ._pages import Told, framed, written
+from ._pages import Told, in_frame, written
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -181,26 +182,30 @@ class Calibration:
         return f"<delta_cal.Calibration of {self.before.name}: {len(self.lines)} samples, {self.method}, expected error {known}>"
 
     def _repr_html_(self) -> str:
-        return framed(self.to_html())
+        return in_frame(self.to_html())
 
 
-def _readings(q: Any, x: Any, others: Mapping[str, Any]) -> Any:
-    """What the extension is given: samples, a frame or a file alone, or arrays by their names."""
-    given = {name: own for name, own in others.items() if own is not None}
-    whole = isinstance(q, (str, os.PathLike, Samples, dict)) or hasattr(q, "columns") or hasattr(q, "__dataframe__") or _are_dicts(q)
-    if whole and x is None and not given:
-        return q
-    if x is not None:
-        given = {"x": x, **given}
-    if isinstance(q, (str, os.PathLike, Samples, dict)) or _are_dicts(q):
+def read(robot: Robot, q: Any, x: Any, others: Mapping[str, Any]) -> Samples:
+    """Samples of a frame or a file alone, or of arrays by their names."""
+    given = {name: own for name, own in {"x": x, **others}.items() if own is not None}
+    several = isinstance(q, (list, tuple)) and len(q) > 0 and all(isinstance(own, dict) for own in q)
+    alone = several or isinstance(q, (str, os.PathLike, Samples, dict))
+    if not given and (alone or framed(q) is not None):
+        return samples(robot, q)
+    if alone:
         raise TypeError(f"{next(iter(given))}: q holds the readings already")
     if not given:
         raise ValueError("x: positions or other readings are needed beside joint angles")
-    return {"q": q, **given}
+    return samples(robot, {"q": q, **given})
 
 
-def _are_dicts(q: Any) -> bool:
-    return isinstance(q, (list, tuple)) and len(q) > 0 and all(isinstance(own, dict) for own in q)
+def _transform(frame: dict[str, Any] | None) -> Array | None:
+    if frame is None:
+        return None
+    found = np.eye(4)
+    found[:3, :3], found[:3, 3] = frame["rotation"], frame["translation_mm"]
+    found.setflags(write=False)
+    return found
 
 
 def _warn(findings: Iterable[str]) -> None:
@@ -295,9 +300,10 @@ def calibrate(
             raise TypeError(f"{own}: is for a printer's configuration")
         if q is None:
             raise ValueError("q: joint angles or samples are needed")
-        given = _readings(q, x, readings)
-        with Told(progress) as tell:
-            found = _native.calibrate(robot, given, noise, tolerance, zero, frame, method, robust, limit, tell)
+        robot = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
+        given = read(robot, q, x, readings)
+        with Told(progress, timed=True) as tell:
+            found = _native.calibrate(robot, given, frame, method, robust, limit, tell)
     else:
         others = {**readings, "noise": noise, "tolerance": tolerance, "zero": zero}
         for own, value in others.items():
@@ -307,8 +313,9 @@ def calibrate(
         files = [file for file in parts if isinstance(file, (str, os.PathLike))]
         if len(files) < len(parts):
             raise TypeError("q: a file with readings of the printer is needed")
-        with Told(progress) as tell:
+        with Told(progress, timed=True) as tell:
             found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit, tell)
+    found["frame"] = _transform(found["frame"])
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")
     return Calibration(**found)

@@ -22,6 +22,7 @@ __all__ = [
     "report_of_texts",
     "robot_of_text",
     "samples_of_bytes",
+    "samples_of_columns",
     "simulate",
     "validate",
     "workspace",
@@ -88,6 +89,7 @@ class Robot:
     def parameter_jacobian(
         self, q: Rows, *, transmissions: bool = False, errors: Literal["nan", "raise"] = "nan"
     ) -> Array: ...
+    def _vectors(self, argument: str, given: Rows) -> Array: ...
     def rods_jacobian(self, q: Rows, point: Vector) -> Array: ...
     @property
     def parameters(self) -> Array: ...
@@ -136,12 +138,12 @@ def robot_of_text(name: str, text: str) -> Robot: ...
 def samples_of_bytes(
     parts: Sequence[tuple[str, bytes]], columns: str | None
 ) -> Samples: ...
+def samples_of_columns(
+    robot: Robot, name: str, columns: Sequence[tuple[str, Any]], shapes: Array | None
+) -> Samples: ...
 def calibrate(
     robot: Robot,
-    samples: Any,
-    noise: Noise | None,
-    tolerance: Tolerance | None,
-    zero: float | None,
+    samples: Samples,
     frame: str,
     method: str | None,
     robust: bool,
@@ -174,9 +176,9 @@ def plan(
     progress: Any,
 ) -> dict[str, Any]: ...
 def determined(
-    robot: Robot, samples: Any, frame: str, absolute: bool, seed: int
+    robot: Robot, samples: Samples, frame: str, absolute: bool, seed: int
 ) -> dict[str, Any]: ...
-def validate(robot: Robot, samples: Any, limit: float, frame: str) -> dict[str, Any]: ...
+def validate(robot: Robot, samples: Samples, limit: float, frame: str) -> dict[str, Any]: ...
 def export(
     robot: Robot,
     target: str,
@@ -197,6 +199,6 @@ def simulate(
     planned: bool,
     spread: str,
     progress: Any,
-) -> dict[str, Any]: ...
+) -> str: ...
 def workspace(robot: Robot, tolerance: float, spacing: float | None) -> dict[str, Any]: ...
 def compare(before: Robot, after: Robot) -> dict[str, Any]: ...

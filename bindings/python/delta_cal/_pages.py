@@ -19,7 +19,7 @@ _SYMBOLS = {
 }
 
 
-def framed(page: str) -> str:
+def in_frame(page: str) -> str:
     """A whole page within another."""
     return f'<iframe style="width:100%;height:40em;border:0" srcdoc="{html.escape(page)}"></iframe>'
 
@@ -49,11 +49,11 @@ def written(path: str | os.PathLike[str], texts: Mapping[str, Callable[[], str]]
 
 
 class Told:
-    """What is called with the finished and all, or with the seconds of what has no parts."""
+    """What is called with the steps that are done and all, or with the seconds of what has none."""
 
-    def __init__(self, progress: bool | Callable[..., object], whole: int | None = None) -> None:
+    def __init__(self, progress: bool | Callable[..., object], timed: bool = False) -> None:
         self.tell: Callable[..., object] | None = progress if callable(progress) else None
-        self.whole = whole
+        self.timed = timed
         self.end: Callable[[], object] | None = None
         if progress is True:
             self._show()
@@ -62,18 +62,20 @@ class Told:
         try:
             from tqdm.auto import tqdm
         except ImportError:
-            self.tell = lambda done, *_: print(f"\r{done:.0f} of {self.whole or '? s'}", end="", file=sys.stderr, flush=True)
+            self.tell = lambda done, whole="? s": print(f"\r{done:.0f} of {whole}", end="", file=sys.stderr, flush=True)
             self.end = lambda: print(file=sys.stderr)
         else:
-            bar = tqdm(total=self.whole, bar_format=None if self.whole else "{elapsed}")
-            self.tell = lambda done, *_: bar.update(done - bar.n)
-            self.end = bar.close
+            bar = tqdm(total=0, bar_format="{elapsed}" if self.timed else None)
+
+            def show(done: float, whole: float = 0) -> None:
+                bar.total = whole
+                bar.update(done - bar.n)
+
+            self.tell, self.end = show, bar.close
 
     def __enter__(self) -> Callable[..., object] | None:
         return self.tell
 
-    def __exit__(self, error: object, *_: object) -> None:
-        if self.tell is not None and self.whole is not None and error is None:
-            self.tell(self.whole, self.whole)
+    def __exit__(self, *_: object) -> None:
         if self.end is not None:
             self.end()

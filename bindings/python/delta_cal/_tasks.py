@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import operator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from . import _native
-from ._calibration import _readings, _warn, stated_of
+from ._arrays import samples as samples_of
+from ._calibration import _warn, read, stated_of
 from ._native import Robot, Samples
-from ._pages import Told, framed, plain, written
+from ._pages import Told, in_frame, plain, written
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
-    from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance, Waiting
+    from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance
+
+
+_FIGURES = [
+    *(f"parameter_{own}" for own in ("before", "after", "stated", "bound")),
+    *(f"{name}_{own}" for name in ("error", "relative") for own in ("before", "after", "stated")),
+]
 
 
 def _json(report: dict[str, Any]) -> str:
@@ -102,7 +113,7 @@ def plan(
     accuracy: float | None = None,
     seed: int = 1,
     names: str | None = None,
-    progress: Waiting = False,
+    progress: Progress = False,
 ) -> Plan:
     """Chooses the measurements after which positions are known best.
 
@@ -128,7 +139,8 @@ def plan(
     names : str, optional
         Names the rows: ``"P"`` P01, P02, …
     progress : bool or callable
-        Shows the time, with tqdm if that is installed; or what to call with the seconds.
+        Shows how far it is, with tqdm if that is installed; or what to call with the exchanges of measurements that are done
+        and all that are known to be needed.
 
     Raises
     ------
@@ -149,7 +161,7 @@ def determined(
     seed: int = 1,
 ) -> Determined:
     """What samples determine, measured or not (a file of a plan), and which to add: ``delta-cal plan --samples``."""
-    return Determined(**_native.determined(robot, samples, frame, absolute, _whole("seed", seed, 0)))
+    return Determined(**_native.determined(robot, samples_of(robot, samples), frame, absolute, _whole("seed", seed, 0)))
 
 
 @dataclass(frozen=True, repr=False)
@@ -190,7 +202,7 @@ class Validation(_Result):
         written(path, {".html": lambda: self.html, ".json": lambda: _json(self.report), ".txt": lambda: self.text})
 
     def _repr_html_(self) -> str:
-        return framed(self.html)
+        return in_frame(self.html)
 
 
 def validate(
@@ -229,7 +241,7 @@ def validate(
         "height": height, "plane": plane, "distance": distance, "point": point,
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
-    found = Validation(**_native.validate(robot, _readings(q, x, readings), limit, frame))
+    found = Validation(**_native.validate(robot, read(robot, q, x, readings), limit, frame))
     _warn(found.warnings)
     return found
 
@@ -401,7 +413,11 @@ def simulate(
     """
     n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
-    with Told(progress, n) as tell:
-        found: dict[str, Any] = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)
-    return found
-
+    with Told(progress) as tell:
+        table = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)
+    rows = list(csv.DictReader(io.StringIO(table)))
+    status = np.array([row["status"] for row in rows], dtype=str)
+    found: dict[str, Any] = {"robot": np.array([int(row["robot"]) for row in rows], dtype=np.uint64), "accepted": status == "accepted"}
+    for name in _FIGURES:
+        found[name] = np.array([float(row[f"{name}_mm"] or "nan") for row in rows])
+    return {**found, "status": status}

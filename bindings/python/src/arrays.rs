@@ -1,139 +1,48 @@
-//! Arguments to rows of numbers, frames to tables, rows to arrays, and what identifies them.
+//! Rows of numbers to arrays, on all cores, and what identifies them. `delta_cal/_arrays.py` prepares the arguments.
 
-use crate::errors::{type_error, value_error};
-use crate::lanes::{Kernel, LANES};
-use delta_cal::robot::Drive;
+use crate::errors::value_error;
+use crate::lanes::{Four, Kernel, LANES};
+use crate::wide::Lane;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
-    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods, dtype,
 };
-use pyo3::exceptions::{PyImportError, PyRuntimeError};
+use pyo3::call::PyCallArgs;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::{ParallelSlice, ParallelSliceMut};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
-use std::f64::consts::TAU;
 use std::fmt::{Display, Write};
-use std::ops::BitOr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Between two looks at the keyboard.
 const LOOK: Duration = Duration::from_millis(50);
 /// Rows that one core takes at once.
 const CHUNK: usize = 2048;
-/// Rows that a message names.
-const NAMED: usize = 5;
 
-/// What arrays consist of; computations are in 64 bits.
-pub(crate) trait Number: Element + Copy + Into<f64> + Send + Sync {
-    /// NumPy's name.
-    const TYPE: &str;
-    /// The nearest number.
-    fn of(number: f64) -> Self;
-}
-
-impl Number for f64 {
-    const TYPE: &str = "float64";
-
-    fn of(number: f64) -> Self {
-        number
-    }
-}
-
-impl Number for f32 {
-    const TYPE: &str = "float32";
-
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a result is as exact as what it is of"
-    )]
-    fn of(number: f64) -> Self {
-        number as Self
-    }
-}
-
-/// Rows of three numbers, in place where they are contiguous.
-pub(crate) struct Rows<'py, N: Number = f64> {
-    array: PyReadonlyArrayDyn<'py, N>,
-}
-
-impl<N: Number> Rows<'_, N> {
-    pub(crate) fn get(&self) -> PyResult<&[[N; 3]]> {
-        Ok(self.array.as_slice()?.as_chunks().0)
-    }
-
-    /// The shape without the last axis.
-    fn outer(&self) -> &[usize] {
-        let shape = self.array.shape();
-        &shape[..shape.len() - 1]
-    }
-
-    /// Of shape (n, 3).
-    pub(crate) fn in_table(self, argument: &str) -> PyResult<Self> {
-        match self.array.shape() {
-            [_, _] => Ok(self),
-            shape => {
-                let cause = format!("shape {shape:?}; an array of shape (n, 3) is needed");
-                Err(value_error(argument, cause))
-            }
-        }
-    }
-}
-
-/// Numbers of any real type in the shape (…, 3).
-pub(crate) fn rows<'py, N: Number>(
-    argument: &str,
-    given: &Bound<'py, PyAny>,
-) -> PyResult<Rows<'py, N>> {
-    let array = numbers(argument, given)?;
-    if array.shape().last() != Some(&3) {
-        let shape = array.shape();
-        let cause = format!("shape {shape:?}; an array of shape (…, 3) is needed");
-        return Err(value_error(argument, cause));
-    }
-    Ok(Rows { array })
-}
-
-/// Rows that were read from a frame.
-pub(crate) fn rows_of<N: Number>(py: Python<'_>, all: Vec<[N; 3]>) -> PyResult<Rows<'_, N>> {
-    let shape = [all.len(), 3];
-    rows("", &array(py, all.into_flattened(), &shape)?)
+/// Python's part of this module.
+pub(crate) fn in_numpy<'py, A: PyCallArgs<'py>>(
+    py: Python<'py>,
+    name: &str,
+    arguments: A,
+) -> PyResult<Bound<'py, PyAny>> {
+    py.import("delta_cal._arrays")?
+        .call_method1(name, arguments)
 }
 
 /// Contiguous numbers of any shape; NaN where they are masked.
-pub(crate) fn numbers<'py, N: Number>(
+pub(crate) fn numbers<'py>(
     argument: &str,
     given: &Bound<'py, PyAny>,
-) -> PyResult<PyReadonlyArrayDyn<'py, N>> {
-    let numpy = given.py().import("numpy")?;
-    let array = numpy
-        .call_method1("asanyarray", (given,))
-        .map_err(|error| {
-            let cause = error.value(given.py());
-            value_error(argument, cause)
-        })?;
-    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    if !["f", "i", "u"].contains(&kind.as_str()) {
-        let cause = format!(
-            "dtype {}; an array of real numbers is needed",
-            array.getattr("dtype")?
-        );
-        return Err(type_error(argument, cause));
-    }
-    let array = if array.hasattr("filled")? {
-        array
-            .call_method1("astype", (N::TYPE,))?
-            .call_method1("filled", (f64::NAN,))?
-    } else {
-        array
-    };
-    let array = numpy.call_method1("ascontiguousarray", (array, N::TYPE))?;
-    array.extract()
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    in_numpy(given.py(), "numbers", (argument, given))?.extract()
 }
 
 /// So many numbers.
@@ -164,89 +73,59 @@ pub(crate) fn array<'py, N: Element>(
     Ok(array)
 }
 
-/// The indices of rows, for a message: "row 3", "rows 3, 5, …".
-pub(crate) fn named(rows: &[usize]) -> String {
-    let first = rows.iter().take(NAMED).map(ToString::to_string);
-    let first = first.collect::<Vec<_>>().join(", ");
-    match rows.len() {
-        1 => format!("row {first}"),
-        count if count > NAMED => format!("{count} rows ({first}, …)"),
-        _ => format!("rows {first}"),
-    }
-}
-
-/// Joint angles of more than a turn are degrees.
-pub(crate) fn radians<N: Number>(argument: &str, rows: &[[N; 3]], drive: Drive) -> PyResult<()> {
-    let beyond = |own: &N| (*own).into().abs() > TAU && (*own).into().is_finite();
-    // Looks at all, which takes a tenth of the time of a search.
-    let any = rows
-        .as_flattened()
-        .iter()
-        .map(beyond)
-        .fold(false, BitOr::bitor);
-    if drive == Drive::Linear || !any {
-        return Ok(());
-    }
-    for (index, row) in rows.iter().enumerate() {
-        if let Some(angle) = row.iter().find(|own| beyond(own)) {
-            let angle: f64 = (*angle).into();
-            let cause = format!(
-                "row {index} holds {angle}, more than a turn; angles are radians (numpy.deg2rad converts)"
-            );
-            return Err(value_error(argument, cause));
-        }
-    }
-    Ok(())
-}
-
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
 /// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all but the rows that are not
-/// clear to it.
-pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
+/// clear to it. `angles`: the rows are joint angles.
+pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E: Display>(
     py: Python<'py>,
-    argument: &str,
-    rows: &Rows<'py, N>,
+    (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],
     raise: bool,
     kernel: Option<impl Kernel<WIDTH>>,
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let from = rows.get()?;
-    let shape = [rows.outer(), each].concat();
-    let array = PyArrayDyn::<N>::zeros(py, &shape[..], false);
+    let given: PyReadonlyArrayDyn<'py, N> = rows.extract()?;
+    let (from, _) = given.as_slice()?.as_chunks::<3>();
+    let outer = given
+        .shape()
+        .split_last()
+        .map_or(&[][..], |(_, outer)| outer);
+    let shape = PyTuple::new(py, [outer, each].concat())?;
+    let array = py
+        .import("numpy")?
+        .call_method1("empty", (shape, dtype::<N>(py)))?;
+    let array = array.cast_into::<PyArrayDyn<N>>()?;
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
-    let kernel = kernel.filter(|_| from.len() >= LANES);
     let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
         let found = compute(&row.map(Into::into));
         *into = found.unwrap_or([f64::NAN; WIDTH]).map(N::of);
     };
+    // Joints that the kernel finds clear are within the limits.
+    let unclear = AtomicBool::new(false);
     let fill = |into: &mut [[N; WIDTH]], from: &[[N; 3]]| {
         halt::check();
-        let Some(kernel) = &kernel else {
-            return into
-                .iter_mut()
-                .zip(from)
-                .for_each(|(into, row)| exact(into, row));
-        };
-        let (mut joints, mut found) = ([[0.0; LANES]; 3], [[0.0; LANES]; WIDTH]);
+        let mut room: [Four<N>; 4] = [[[N::of(0.0); 4]; LANES]; 4];
+        let mut last = ([[N::of(0.0); 3]; LANES], [[N::of(0.0); WIDTH]; LANES]);
         for (into, from) in into.chunks_mut(LANES).zip(from.chunks(LANES)) {
-            for (lane, row) in from.iter().enumerate() {
-                for (all, own) in joints.iter_mut().zip(row) {
-                    all[lane] = (*own).into();
+            let clear = kernel.as_ref().map(|kernel| {
+                if from.len() == LANES {
+                    return kernel.fill(from.as_flattened(), into.as_flattened_mut(), &mut room);
                 }
+                let (rows, found) = &mut last;
+                rows[..from.len()].copy_from_slice(from);
+                kernel.fill(rows.as_flattened(), found.as_flattened_mut(), &mut room);
+                into.copy_from_slice(&found[..into.len()]);
+                false
+            });
+            if clear == Some(true) {
+                continue;
             }
-            kernel.fill(&joints, &mut found);
-            for (lane, into) in into.iter_mut().enumerate() {
-                *into = std::array::from_fn(|place| N::of(found[place][lane]));
-            }
-            // Looks at all first, which takes a tenth of the time of a search.
-            let unclear =
-                |own: &[f64; LANES]| own.iter().map(|own| own.is_nan()).fold(false, BitOr::bitor);
-            if found.iter().any(unclear) {
-                let rows = into.iter_mut().zip(from).enumerate();
-                let rows = rows.filter(|(lane, _)| found.iter().any(|all| all[*lane].is_nan()));
-                rows.for_each(|(_, (into, row))| exact(into, row));
+            unclear.store(true, Relaxed);
+            for (into, row) in into.iter_mut().zip(from) {
+                if clear.is_none() || into[0].is_nan() {
+                    exact(into, row);
+                }
             }
         }
     };
@@ -258,7 +137,10 @@ pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
     } else {
         py.detach(|| fill(into, from));
     }
-    let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| (*value).into().is_nan());
+    if angles && unclear.into_inner() {
+        in_numpy(py, "radians", (argument, rows))?;
+    }
+    let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| value.is_nan());
     if raise && let Some(row) = into.iter().position(is_nan) {
         compute(&from[row].map(Into::into))
             .map_err(|error| value_error(argument, format!("row {row}: {error}")))?;
@@ -270,21 +152,29 @@ pub(crate) fn each_row<'py, N: Number, const WIDTH: usize, E: Display>(
 /// Without the interpreter's lock, on threads of this process: those of a process that forked are not there in its
 /// child. An interrupt stops the work; what stops because of another thread's interrupt begins again.
 pub(crate) fn with_cores<T: Send>(py: Python<'_>, work: impl FnMut() -> T + Send) -> PyResult<T> {
-    with_cores_telling(py, work, |_| Ok(()))
+    with_cores_telling(py, None, work, || [(); 0])
 }
 
-/// The same, with something that is done at every look at the keyboard.
-pub(crate) fn with_cores_telling<T: Send>(
+/// The same; `told`, if there is one, is called with what `far` gives at every look at the keyboard.
+pub(crate) fn with_cores_telling<T: Send, F, const N: usize>(
     py: Python<'_>,
+    told: Option<&Py<PyAny>>,
     mut work: impl FnMut() -> T + Send,
-    tell: impl Fn(Python<'_>) -> PyResult<()> + Sync,
-) -> PyResult<T> {
+    far: impl Fn() -> [F; N] + Sync,
+) -> PyResult<T>
+where
+    F: for<'py> IntoPyObject<'py>,
+{
     let pool = cores()?;
+    let tell = |py: Python<'_>| match told {
+        Some(told) => told.bind(py).call1(PyTuple::new(py, far())?).map(drop),
+        None => Ok(()),
+    };
     let look = |py: Python<'_>| py.check_signals().and_then(|()| tell(py));
     loop {
         let found = py.detach(|| watched(|| pool.install(&mut work), &look))?;
         match found {
-            Ok(found) => return Ok(found),
+            Ok(found) => return tell(py).map(|()| found),
             Err(payload) if payload.is::<Halted>() => {
                 while Halt::is_wanted() {
                     py.detach(|| std::thread::sleep(LOOK));
@@ -294,22 +184,6 @@ pub(crate) fn with_cores_telling<T: Send>(
             Err(payload) => return Err(fault(payload.as_ref())),
         }
     }
-}
-
-/// The same; `told`, if there is one, is called with the seconds that have passed.
-pub(crate) fn with_cores_timed<T: Send>(
-    py: Python<'_>,
-    told: Option<&Py<PyAny>>,
-    work: impl FnMut() -> T + Send,
-) -> PyResult<T> {
-    let begin = Instant::now();
-    with_cores_telling(py, work, |py| match told {
-        Some(told) => told
-            .bind(py)
-            .call1((begin.elapsed().as_secs_f64(),))
-            .map(drop),
-        None => Ok(()),
-    })
 }
 
 /// Works on another thread while this one looks at the keyboard.
@@ -365,32 +239,6 @@ fn cores() -> PyResult<Arc<ThreadPool>> {
     // The pool of the parent process has no threads here that could be told to end.
     std::mem::forget(pool.replace((process, Arc::clone(&new))));
     Ok(new)
-}
-
-/// A data frame: of pandas, polars, or what has their methods; that of another library by the interchange protocol.
-pub(crate) fn frame<'py>(given: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
-    if given.hasattr("columns")? && given.hasattr("dtypes")? {
-        return Ok(Some(given.clone()));
-    }
-    if !given.hasattr("__dataframe__")? {
-        return Ok(None);
-    }
-    for reader in ["polars", "pandas.api.interchange"] {
-        if let Ok(module) = given.py().import(reader) {
-            return module.call_method1("from_dataframe", (given,)).map(Some);
-        }
-    }
-    let cause = "pandas or polars is needed to read this frame";
-    Err(PyImportError::new_err(cause))
-}
-
-/// The names of its columns.
-pub(crate) fn names_of(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
-    let names = frame.getattr("columns")?.try_iter()?;
-    let names = names.map(|name| name?.extract());
-    names
-        .collect::<PyResult<_>>()
-        .map_err(|_| type_error(argument, "names of columns are no words"))
 }
 
 /// A digest in hexadecimal digits.

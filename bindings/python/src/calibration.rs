@@ -1,23 +1,24 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
-use crate::arrays::{array, hexadecimal, with_cores, with_cores_timed};
+use crate::arrays::{array, hexadecimal, with_cores, with_cores_telling};
 use crate::errors::{calibrate_error, in_python, in_rows, input_error, value_error};
+
 use crate::files::{bytes_of, configuration, included, loads, plain};
 use crate::robot::{Robot, parameters_of};
 use crate::samples::{Again, Samples};
-use crate::stated::Stated;
-use delta_cal_host::calibration::report::FrameReport;
+use crate::stated::{FRAMES, METHODS, word};
 use delta_cal_host::files::document::Document;
 use delta_cal_host::import::Imported;
 use delta_cal_host::printer;
 use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
-use delta_cal_host::{Frame, InputText, Method, Options, Readings, Report as Calibrated};
+use delta_cal_host::{InputText, Options, Readings, Report as Calibrated};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// A report in three forms, made when it is asked for; pickled as texts.
 #[pyclass(frozen, module = "delta_cal._native")]
@@ -74,28 +75,6 @@ pub(crate) fn report_of_texts(text: String, json: String, html: String) -> Repor
     Report::stored(text, json, html)
 }
 
-/// "base" or "sensor".
-pub(crate) fn frame_of(frame: &str) -> PyResult<Frame> {
-    match frame {
-        "base" => Ok(Frame::Base),
-        "sensor" => Ok(Frame::Sensor),
-        _ => Err(value_error("frame", "\"base\" or \"sensor\" is needed")),
-    }
-}
-
-/// "joint", "ikm" or "fkm".
-pub(crate) fn method_of(method: &str) -> PyResult<Method> {
-    match method {
-        "joint" => Ok(Method::Joint),
-        "ikm" => Ok(Method::Ikm),
-        "fkm" => Ok(Method::Fkm),
-        _ => {
-            let cause = format!("{method}; \"joint\", \"ikm\" or \"fkm\" is needed");
-            Err(value_error("method", cause))
-        }
-    }
-}
-
 /// A length that something is compared with.
 pub(crate) fn limit_of(limit: f64) -> PyResult<f64> {
     if limit > 0.0 && limit.is_finite() {
@@ -119,40 +98,42 @@ fn now() -> u64 {
     })
 }
 
+/// The seconds that have passed since.
+fn passed() -> impl Fn() -> [f64; 1] + Sync {
+    let begin = Instant::now();
+    move || [begin.elapsed().as_secs_f64()]
+}
+
 /// What a calibration found.
 #[pyfunction]
 pub(crate) fn calibrate<'py>(
     py: Python<'py>,
     robot: &Robot,
-    samples: &Bound<'py, PyAny>,
-    noise: Option<&Bound<'py, PyAny>>,
-    tolerance: Option<&Bound<'py, PyAny>>,
-    zero: Option<f64>,
+    samples: &Samples,
     frame: &str,
     method: Option<&str>,
     robust: bool,
     limit: Option<f64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let robot = robot.with(Stated::of(py, noise, tolerance, zero, None)?)?;
     let options = Options {
-        method: method.map(method_of).transpose()?,
+        method: method.map(|own| word("method", own, METHODS)).transpose()?,
         robust,
-        frame: frame_of(frame)?,
+        frame: word("frame", frame, FRAMES)?,
         of_printer: false,
     };
     let limit = limit.map(limit_of).transpose()?;
-    let samples = Samples::given(&robot, samples)?;
-    let found = with_cores_timed(py, progress.as_ref(), || {
-        let readings = samples.readings(&robot, options)?;
+    let work = || {
+        let readings = samples.readings(robot, options)?;
         let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
         Ok((readings, report))
-    })?;
+    };
+    let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
     let (readings, report) =
         found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
     let found = Found {
-        robot,
-        samples: &samples,
+        robot: robot.same(),
+        samples,
         readings: &readings,
         limit,
         options: format!("{frame} {method:?} {robust} {limit:?}"),
@@ -173,7 +154,7 @@ pub(crate) fn calibrate_printer<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let options = Options {
-        method: method.map(method_of).transpose()?,
+        method: method.map(|own| word("method", own, METHODS)).transpose()?,
         robust,
         ..Options::default()
     };
@@ -184,7 +165,7 @@ pub(crate) fn calibrate_printer<'py>(
         InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, false))
     });
     let samples = samples.collect::<PyResult<Vec<_>>>()?;
-    let found = with_cores_timed(py, progress.as_ref(), || {
+    let work = || {
         let imported = printer::read(firmware, &text, &samples, &stated, &included, &options)?;
         let options = Options {
             of_printer: true,
@@ -194,7 +175,8 @@ pub(crate) fn calibrate_printer<'py>(
         let report = delta_cal_host::calibrate(&robot, &readings, &options);
         let report = report.map_err(|error| printer::explained(error, Some(&imported)))?;
         Ok((imported, report))
-    })?;
+    };
+    let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
     let (imported, report) = found.map_err(|error| calibrate_error(py, &error, false))?;
     let robot = Robot {
         file: imported.robot.clone(),
@@ -251,8 +233,8 @@ impl Found<'_> {
             Some(printer) => {
                 let report = with_cores(py, || PrinterReport::of(printer, report.clone()))?;
                 let report = report.map_err(|error| calibrate_error(py, &error, false))?;
-                let json = serde_json::to_string(&report.printer).unwrap_or_default();
-                dict.set_item("printer", loads(py, &json)?)?;
+                let printer = json!(report.printer).to_string();
+                dict.set_item("printer", loads(py, &printer)?)?;
                 Form::OfPrinter(Box::new(report))
             }
         };
@@ -287,25 +269,19 @@ fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, in_arrays: bool) -> PyRes
     let lines = numpy::PyArray1::from_vec(py, lines.collect());
     lines.call_method1("setflags", (false,))?;
     dict.set_item("lines", lines)?;
-    let json = serde_json::to_string(&report.expected_error);
-    dict.set_item("expected_error", loads(py, &json.unwrap_or_default())?)?;
-    dict.set_item("findings", findings(py, report, in_arrays)?)?;
-    dict.set_item("frame", frame(py, report)?)?;
-    dict.set_item(
-        "method",
-        match report.method {
-            Method::Joint => "joint",
-            Method::Ikm => "ikm",
-            Method::Fkm => "fkm",
-        },
-    )
+    let values = [
+        ("expected_error", json!(report.expected_error)),
+        ("findings", findings(report, in_arrays)),
+        ("frame", json!(report.sensor_frame)),
+        ("method", json!(report.method)),
+    ];
+    for (name, value) in values {
+        dict.set_item(name, loads(py, &value.to_string())?)?;
+    }
+    Ok(())
 }
 
-fn findings<'py>(
-    py: Python<'py>,
-    report: &Calibrated,
-    in_arrays: bool,
-) -> PyResult<Bound<'py, PyAny>> {
+fn findings(report: &Calibrated, in_arrays: bool) -> Value {
     let own = report.findings.iter().map(|own| {
         let mut own = own.clone();
         own.text = in_python(&own.text);
@@ -314,8 +290,7 @@ fn findings<'py>(
         }
         own
     });
-    let all: Vec<_> = own.collect();
-    loads(py, &serde_json::to_string(&all).unwrap_or_default())
+    json!(own.collect::<Vec<_>>())
 }
 
 fn residuals<'py>(py: Python<'py>, report: &Calibrated) -> PyResult<Bound<'py, PyAny>> {
@@ -341,21 +316,4 @@ fn residuals<'py>(py: Python<'py>, report: &Calibrated) -> PyResult<Bound<'py, P
         found.extend(&own[..width]);
     }
     array(py, found, &[rows.len(), width])
-}
-
-fn frame<'py>(py: Python<'py>, report: &Calibrated) -> PyResult<Option<Bound<'py, PyAny>>> {
-    let Some(FrameReport {
-        rotation: [x, y, z],
-        translation_mm: [a, b, c],
-    }) = report.sensor_frame
-    else {
-        return Ok(None);
-    };
-    let rows = [
-        [x[0], x[1], x[2], a],
-        [y[0], y[1], y[2], b],
-        [z[0], z[1], z[2], c],
-        [0.0, 0.0, 0.0, 1.0],
-    ];
-    array(py, rows.concat(), &[4, 4]).map(Some)
 }

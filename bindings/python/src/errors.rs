@@ -1,9 +1,10 @@
 //! Refusals and faults as Python exceptions.
 
+use crate::files::loads;
 use delta_cal_host::{CalibrateError, InputError};
 use pyo3::exceptions::{PyException, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use serde_json::{Value, json};
 use std::fmt::Display;
 
 pyo3::create_exception!(
@@ -124,14 +125,9 @@ pub(crate) fn refusal(py: Python<'_>, findings: &[(&str, String, String)]) -> Py
     let error = Refused::new_err(message.clone());
     let with_findings = || -> PyResult<()> {
         let all = findings.iter().map(|(kind, text, remedy)| {
-            let own = PyDict::new(py);
-            own.set_item("level", "warning")?;
-            own.set_item("kind", kind)?;
-            own.set_item("text", text)?;
-            own.set_item("remedy", remedy)?;
-            Ok(own)
+            json!({"level": "warning", "kind": kind, "text": text, "remedy": remedy})
         });
-        let all = all.collect::<PyResult<Vec<_>>>()?;
+        let all = loads(py, &all.collect::<Value>().to_string())?;
         error.value(py).setattr("findings", all)?;
         error.value(py).setattr("rows", rows_in(&message))
     };

@@ -1,22 +1,21 @@
 //! Kinematics of many poses at once, in the widest vector instructions of the processor.
 //!
 //! The formulas are those of the core (`core/src/kinematics.rs`) without its branches. Results agree with the core's to
-//! about 1e-13 of the robot's size: sine, cosine and arctangent are other polynomials, and sums are rounded in another order. A pose of which
-//! that does not hold, within 1 % of a singularity or outside the limits, is NaN here; the caller leaves it to the core.
+//! about 1e-14 of the robot's size, those in 32 bits to about 1e-6: sine, cosine and arcsine are other polynomials, and sums
+//! are rounded in another order. A pose of which that does not hold, near a singularity or outside the limits, is NaN
+//! here; the caller leaves it to the core.
 
-use crate::wide::{Vectors, Which, Wide};
+use crate::wide::{Lane, Vectors, Which, Wide, any_nan};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal_host::RobotFile;
+use delta_cal_host::files::convention::Convention;
 use delta_cal_host::files::robot_file::Tool;
+use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
+use std::f64::consts::TAU;
 
 /// Poses that are computed with one call.
 pub(crate) const LANES: usize = 64;
-/// A number of each pose for each of its coordinates.
-pub(crate) type Block<const WIDTH: usize> = [[f64; LANES]; WIDTH];
-
-/// A pose is this far from every singularity, as a sine.
-const CLEAR: f64 = 0.01;
 
 /// How far a joint may be outside the limits, because encoder zeros differ: a degree or a millimetre.
 pub(crate) fn margin(robot: &RobotFile) -> f64 {
@@ -26,45 +25,62 @@ pub(crate) fn margin(robot: &RobotFile) -> f64 {
     }
 }
 
-/// A robot whose joints are exact and whose platform does not tilt.
+/// A robot whose joints are exact and whose platform does not tilt, in the axes and with the joints of its convention: there
+/// the same formulas hold, as only signs differ.
 pub(crate) struct Lanes {
     arms: [ArmNumbers; 3],
     up: [f64; 3],
     linear: bool,
-    /// Joints that are within the limits.
+    /// Joints that are within the limits: the middle, and how far from there.
     range: [f64; 2],
-    /// What the convention multiplies joints and coordinates by.
-    sense: f64,
-    axes: [f64; 3],
-    /// The point that moves, from the platform point, mm, in the convention's axes.
-    place: [f64; 3],
 }
 
 struct ArmNumbers {
+    /// With the point that moves, from the platform point.
     d: [f64; 3],
     u: [f64; 3],
     v: [f64; 3],
     lb: f64,
     lb_squared: f64,
-    /// Length of v: the upper arm, or the scale of a linear drive.
+    /// Length of v, negative where joints count upwards: the upper arm, or the scale of a linear drive.
     speed: f64,
+    /// Of w·w / 2 from there: the joint's u·w cos q + v·w sin q.
+    offset: f64,
+}
+
+/// What brings the forearm of an arm to a position.
+struct Reach<S: Simd, N: Lane> {
+    /// Sine and cosine of the joint by the square below, or travel.
+    sine: Wide<S, N>,
+    cosine: Wide<S, N>,
+    /// From the joint's axis in its plane.
+    squared: Wide<S, N>,
+    /// How far from the edge of what it reaches, squared.
+    root: Wide<S, N>,
 }
 
 impl ArmNumbers {
-    fn of(arm: &Arm<f64>) -> Self {
+    fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>) -> Self {
+        let (basis, sense) = (arm.basis(), convention.sense());
+        let (speed, lb) = (basis.v.norm(), arm.lb());
         Self {
-            d: arm.d().into(),
-            u: arm.basis().u.into(),
-            v: arm.basis().v.into(),
-            lb: arm.lb(),
-            lb_squared: arm.lb() * arm.lb(),
-            speed: arm.basis().v.norm(),
+            d: convention.vector(&(arm.d() + place)).into(),
+            u: convention.vector(&basis.u).into(),
+            v: convention.vector(&(basis.v * sense)).into(),
+            lb,
+            lb_squared: lb * lb,
+            speed: speed * sense,
+            offset: (speed * speed - lb * lb) / 2.0,
         }
     }
 
     /// The elbow, and how it moves with the joint.
     #[inline(always)]
-    fn elbow<S: Simd>(&self, q: Wide<S>, linear: bool) -> (Vectors<S>, Vectors<S>) {
+    fn elbow<S: Simd, N: Lane>(
+        &self,
+        q: Wide<S, N>,
+        linear: bool,
+    ) -> (Vectors<S, N>, Vectors<S, N>) {
         if linear {
             let (zero, one) = (Wide::all(q.0, 0.0), Wide::all(q.0, 1.0));
             let elbow = Vectors::sum(self.d, (self.u, zero), (self.v, q));
@@ -77,40 +93,59 @@ impl ArmNumbers {
         )
     }
 
-    /// The joint that brings the forearm to `x`, the elbow there, and whether it is clear of the edge of what it reaches.
     #[inline(always)]
-    fn joint<S: Simd>(&self, x: Vectors<S>, linear: bool) -> (Wide<S>, Vectors<S>, Which<S>) {
+    fn reach<S: Simd, N: Lane>(&self, x: Vectors<S, N>, linear: bool) -> Reach<S, N> {
+        let all = |number| Wide::all(x.0[0].0, number);
         let w = x - self.d;
         let (a, b) = (w.along(self.u), w.along(self.v));
-        let speed_squared = self.speed * self.speed;
         if linear {
-            let along = b * (1.0 / speed_squared);
+            let along = b * (1.0 / (self.speed * self.speed));
             let [v1, v2, v3] = self.v;
             let beside = w - Vectors([along * v1, along * v2, along * v3]);
-            let rise_squared = -beside.dot(beside) + self.lb_squared;
-            let s = along + (rise_squared * (1.0 / speed_squared)).sqrt();
-            let (elbow, _) = self.elbow(s, true);
-            let least = Wide::all(s.0, CLEAR * CLEAR * self.lb_squared);
-            return (s, elbow, rise_squared.above(least));
+            let root = all(self.lb_squared) - beside.dot(beside);
+            return Reach {
+                sine: root.sqrt().times(all(1.0 / self.speed), along),
+                cosine: all(0.0),
+                squared: all(1.0),
+                root,
+            };
         }
-        let c = (w.dot(w) + (speed_squared - self.lb_squared)) * 0.5;
-        let reach_squared = a * a + b * b;
-        let root_squared = reach_squared - c * c;
-        let s = root_squared.sqrt();
-        let (sine, cosine) = (b * c - a * s, a * c + b * s);
-        let inverse = Wide::all(c.0, 1.0) / reach_squared;
-        let elbow = Vectors::sum(self.d, (self.u, cosine * inverse), (self.v, sine * inverse));
-        let clear = root_squared.above(reach_squared * (CLEAR * CLEAR));
-        (sine.angle_over(cosine), elbow, clear)
+        let c = w.dot(w).times(all(0.5), all(self.offset));
+        let squared = a.times(a, b * b);
+        let root = squared - c * c;
+        let s = root.sqrt() * self.speed.signum();
+        Reach {
+            sine: b.times(c, -(a * s)),
+            cosine: a.times(c, b * s),
+            squared,
+            root,
+        }
+    }
+
+    /// The joint, and the forearm to `x`; `inverse` is of `squared`.
+    #[inline(always)]
+    fn joint<S: Simd, N: Lane>(
+        &self,
+        x: Vectors<S, N>,
+        found: &Reach<S, N>,
+        inverse: Wide<S, N>,
+        linear: bool,
+    ) -> (Wide<S, N>, Vectors<S, N>) {
+        if linear {
+            return (found.sine, x - self.elbow(found.sine, true).0);
+        }
+        let (sine, cosine) = (found.sine * inverse, found.cosine * inverse);
+        let elbow = Vectors::sum(self.d, (self.u, cosine), (self.v, sine));
+        (sine.angle_of(cosine), x - elbow)
     }
 }
 
 /// The platform point, the forearms, how the elbows move, and which poses are clear.
-struct Poses<S: Simd> {
-    x: Vectors<S>,
-    forearms: [Vectors<S>; 3],
-    moves: [Vectors<S>; 3],
-    clear: Which<S>,
+struct Poses<S: Simd, N: Lane> {
+    x: Vectors<S, N>,
+    forearms: [Vectors<S, N>; 3],
+    moves: [Vectors<S, N>; 3],
+    clear: Which<S, N>,
 }
 
 impl Lanes {
@@ -120,23 +155,40 @@ impl Lanes {
         if point.parallelograms.is_some() || arms.iter().any(|own| own.transmission().is_some()) {
             return None;
         }
-        let margin = margin(file);
-        let limits = file.limits;
+        let (low, high) = file
+            .convention
+            .limits(file.limits.minimum(), file.limits.maximum());
+        // More than a turn is no angle in radians.
+        let most = match file.robot.drive() {
+            Drive::Rotary => TAU,
+            Drive::Linear => f64::INFINITY,
+        };
+        let (low, high) = (
+            (low - margin(file)).max(-most),
+            (high + margin(file)).min(most),
+        );
         Some(Self {
-            arms: arms.each_ref().map(ArmNumbers::of),
-            up: file.robot.up().into(),
+            arms: arms
+                .each_ref()
+                .map(|own| ArmNumbers::of(own, &file.convention, &point.place)),
+            up: file.convention.vector(&file.robot.up()).into(),
             linear: file.robot.drive() == Drive::Linear,
-            range: [limits.minimum() - margin, limits.maximum() + margin],
-            sense: file.convention.sense(),
-            axes: file.convention.axes(),
-            place: file.convention.vector(&point.place).into(),
+            range: [f64::midpoint(low, high), (high - low) / 2.0],
         })
     }
 
+    /// Which joints are within the limits.
     #[inline(always)]
-    fn poses<S: Simd>(&self, [q1, q2, q3]: [Wide<S>; 3]) -> Poses<S> {
+    fn within<S: Simd, N: Lane>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Which<S, N> {
+        let [middle, far] = self.range;
+        let off = |q: Wide<S, N>| (q - middle).abs();
+        Wide::all(q1.0, far).above(off(q1).max(off(q2)).max(off(q3)))
+    }
+
+    #[inline(always)]
+    fn poses<S: Simd, N: Lane>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Poses<S, N> {
         let [arm1, arm2, arm3] = &self.arms;
-        let (q1, q2, q3) = (q1 * self.sense, q2 * self.sense, q3 * self.sense);
+        let all = |number| Wide::all(q1.0, number);
         let (b1, move1) = arm1.elbow(q1, self.linear);
         let (b2, move2) = arm2.elbow(q2, self.linear);
         let (b3, move3) = arm3.elbow(q3, self.linear);
@@ -144,25 +196,23 @@ impl Lanes {
         let normal = edge2.cross(edge3);
         let normal_squared = normal.dot(normal);
         let (squared2, squared3) = (edge2.dot(edge2), edge3.dot(edge3));
-        let inverse = Wide::all(q1.0, 1.0) / normal_squared;
-        let along2 = (squared2 + (arm1.lb_squared - arm2.lb_squared)) * (inverse * 0.5);
-        let along3 = (squared3 + (arm1.lb_squared - arm3.lb_squared)) * (inverse * 0.5);
+        let inverse = all(1.0) / normal_squared;
+        let half = inverse * 0.5;
+        let along2 = (squared2 + (arm1.lb_squared - arm2.lb_squared)) * half;
+        let along3 = (squared3 + (arm1.lb_squared - arm3.lb_squared)) * half;
         let within = edge3
             .cross(normal)
             .times(along2, normal.cross(edge2) * along3);
-        let height_squared = -within.dot(within) + arm1.lb_squared;
+        let height_squared = all(arm1.lb_squared) - within.dot(within);
         let height = (height_squared * inverse).sqrt();
         let below = -height.signed_by(normal.along(self.up));
         // From the first elbow.
         let forearm = normal.times(below, within);
-        let least = Wide::all(q1.0, CLEAR * CLEAR * arm1.lb_squared);
-        let clear = normal_squared.above(squared2 * squared3 * (CLEAR * CLEAR))
-            & height_squared.above(least)
-            & q1.is_within(self.range)
-            & q2.is_within(self.range)
-            & q3.is_within(self.range);
+        let clear = normal_squared.above(squared2 * squared3 * (N::CLEAR * N::CLEAR))
+            & height_squared.above(all(N::CLEAR * N::CLEAR * arm1.lb_squared))
+            & self.within([q1, q2, q3]);
         Poses {
-            x: forearm - (Vectors([Wide::all(q1.0, 0.0); 3]) - b1),
+            x: forearm + b1,
             forearms: [forearm, forearm - edge2, forearm - edge3],
             moves: [move1, move2, move3],
             clear,
@@ -170,36 +220,62 @@ impl Lanes {
     }
 }
 
+/// Four columns of the rows of one call: processors exchange rows and columns of four.
+pub(crate) type Four<N> = [[N; 4]; LANES];
+
 /// A function of the three numbers of a pose.
 pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
-    /// NaN of poses that are not clear.
-    fn of<S: Simd>(&self, from: [Wide<S>; 3]) -> [Wide<S>; WIDTH];
+    /// The function, and of which poses it holds.
+    fn of<S: Simd, N: Lane>(&self, from: [Wide<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>);
 
-    /// The function of all.
-    fn fill(&self, from: &Block<3>, into: &mut Block<WIDTH>) {
-        Arch::new().dispatch(Fill(self, from, into));
+    /// The function of `LANES` rows; whether all of them are clear.
+    fn fill<N: Lane>(&self, from: &[N], into: &mut [N], room: &mut [Four<N>; 4]) -> bool {
+        Arch::new().dispatch(Fill(self, from, into, room))
     }
 }
 
-struct Fill<'a, K, const WIDTH: usize>(&'a K, &'a Block<3>, &'a mut Block<WIDTH>);
+struct Fill<'a, K, N, const WIDTH: usize>(&'a K, &'a [N], &'a mut [N], &'a mut [Four<N>; 4]);
 
-impl<K: Kernel<WIDTH>, const WIDTH: usize> WithSimd for Fill<'_, K, WIDTH> {
-    type Output = ();
+impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, WIDTH> {
+    type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self(kernel, [first, second, third], into) = self;
-        let width = S::F64_LANES;
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let Self(kernel, from, into, [rows, found @ ..]) = self;
+        let (from, into) = (&from[..3 * LANES], &mut into[..WIDTH * LANES]);
+        for lane in 0..LANES - 1 {
+            rows[lane].copy_from_slice(&from[3 * lane..3 * lane + 4]);
+        }
+        rows[LANES - 1][..3].copy_from_slice(&from[3 * (LANES - 1)..]);
+        let width = size_of::<N::Many<S>>() / size_of::<N>();
+        let (zero, nan) = (Wide::<S, N>::all(simd, 0.0), Wide::all(simd, f64::NAN));
+        let mut sum = zero;
         for lane in (0..LANES).step_by(width) {
-            let found = kernel.of([
-                Wide(simd, simd.partial_load_f64s(&first[lane..lane + width])),
-                Wide(simd, simd.partial_load_f64s(&second[lane..lane + width])),
-                Wide(simd, simd.partial_load_f64s(&third[lane..lane + width])),
-            ]);
-            for place in 0..WIDTH {
-                simd.partial_store_f64s(&mut into[place][lane..lane + width], found[place].1);
+            let (mut columns, clear) = kernel.of(Wide::columns(simd, &rows[lane..lane + width]));
+            sum = sum.where_it(clear, nan);
+            // Marks the row.
+            columns[0] = columns[0].where_it(clear, nan);
+            for group in 0..WIDTH.div_ceil(4) {
+                let mut four = [zero; 4];
+                for place in 0..(WIDTH - 4 * group).min(4) {
+                    four[place] = columns[4 * group + place];
+                }
+                Wide::rows(four, &mut found[group][lane..lane + width]);
             }
         }
+        // What is beyond a row's last column is overwritten by the next.
+        for lane in 0..LANES {
+            for (group, own) in found[..WIDTH.div_ceil(4)].iter().enumerate() {
+                let (first, own) = (WIDTH * lane + 4 * group, &own[lane]);
+                if lane < LANES - 1 {
+                    into[first..first + 4].copy_from_slice(own);
+                } else {
+                    let last = (WIDTH - 4 * group).min(4);
+                    into[first..first + last].copy_from_slice(&own[..last]);
+                }
+            }
+        }
+        !any_nan(sum)
     }
 }
 
@@ -207,7 +283,7 @@ impl<K: Kernel<WIDTH>, const WIDTH: usize> WithSimd for Fill<'_, K, WIDTH> {
 pub(crate) enum Exact {}
 
 impl<const WIDTH: usize> Kernel<WIDTH> for Exact {
-    fn of<S: Simd>(&self, _: [Wide<S>; 3]) -> [Wide<S>; WIDTH] {
+    fn of<S: Simd, N: Lane>(&self, _: [Wide<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>) {
         match *self {}
     }
 }
@@ -217,20 +293,9 @@ pub(crate) struct Forward(pub(crate) Lanes);
 
 impl Kernel<3> for Forward {
     #[inline(always)]
-    fn of<S: Simd>(&self, q: [Wide<S>; 3]) -> [Wide<S>; 3] {
-        let own = &self.0;
-        let Poses {
-            x: Vectors([x, y, z]),
-            clear,
-            ..
-        } = own.poses(q);
-        let nan = Wide::all(x.0, f64::NAN);
-        let ([x_axis, y_axis, z_axis], [a, b, c]) = (own.axes, own.place);
-        [
-            (x * x_axis + a).where_it(clear, nan),
-            (y * y_axis + b).where_it(clear, nan),
-            (z * z_axis + c).where_it(clear, nan),
-        ]
+    fn of<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
+        let Poses { x, clear, .. } = self.0.poses(q);
+        (x.0, clear)
     }
 }
 
@@ -239,32 +304,29 @@ pub(crate) struct Inverse(pub(crate) Lanes);
 
 impl Kernel<3> for Inverse {
     #[inline(always)]
-    fn of<S: Simd>(&self, [x, y, z]: [Wide<S>; 3]) -> [Wide<S>; 3] {
-        let own = &self.0;
-        let ([x_axis, y_axis, z_axis], [a, b, c]) = (own.axes, own.place);
-        let x = Vectors([(x - a) * x_axis, (y - b) * y_axis, (z - c) * z_axis]);
+    fn of<S: Simd, N: Lane>(&self, x: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
+        let (own, all, x) = (&self.0, |number| Wide::all(x[0].0, number), Vectors(x));
         let [arm1, arm2, arm3] = &own.arms;
-        let (q1, b1, clear1) = arm1.joint(x, own.linear);
-        let (q2, b2, clear2) = arm2.joint(x, own.linear);
-        let (q3, b3, clear3) = arm3.joint(x, own.linear);
-        let normal = (b2 - b1).cross(b3 - b1);
+        let first = arm1.reach(x, own.linear);
+        let second = arm2.reach(x, own.linear);
+        let third = arm3.reach(x, own.linear);
+        // One division for three: it takes as long as a dozen products.
+        let two = first.squared * second.squared;
+        let inverse = all(1.0) / (two * third.squared);
+        let inverse3 = two * inverse;
+        let both = third.squared * inverse;
+        let (inverse1, inverse2) = (second.squared * both, first.squared * both);
+        let (q1, w1) = arm1.joint(x, &first, inverse1, own.linear);
+        let (q2, w2) = arm2.joint(x, &second, inverse2, own.linear);
+        let (q3, w3) = arm3.joint(x, &third, inverse3, own.linear);
         // The platform hangs below the plane of the elbows.
-        let depth = -(x - b1).dot(normal).signed_by(normal.along(own.up));
-        let least = normal.dot(normal) * (CLEAR * CLEAR * arm1.lb_squared);
-        let clear = clear1
-            & clear2
-            & clear3
-            & depth.above(Wide::all(q1.0, 0.0))
-            & (depth * depth).above(least)
-            & q1.is_within(own.range)
-            & q2.is_within(own.range)
-            & q3.is_within(own.range);
-        let nan = Wide::all(q1.0, f64::NAN);
-        [
-            (q1 * own.sense).where_it(clear, nan),
-            (q2 * own.sense).where_it(clear, nan),
-            (q3 * own.sense).where_it(clear, nan),
-        ]
+        let normal = (w1 - w2).cross(w1 - w3);
+        let depth = -w1.dot(normal).signed_by(normal.along(own.up));
+        let least = all(N::CLEAR * N::CLEAR * arm1.lb_squared);
+        let clear = first.root.min(second.root).min(third.root).above(least)
+            & depth.above(all(N::CLEAR * arm1.lb_squared * arm1.lb))
+            & own.within([q1, q2, q3]);
+        ([q1, q2, q3], clear)
     }
 }
 
@@ -273,7 +335,7 @@ pub(crate) struct Derivatives(pub(crate) Lanes);
 
 impl Kernel<9> for Derivatives {
     #[inline(always)]
-    fn of<S: Simd>(&self, q: [Wide<S>; 3]) -> [Wide<S>; 9] {
+    fn of<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Wide<S, N>; 9], Which<S, N>) {
         let own = &self.0;
         let [arm1, arm2, arm3] = &own.arms;
         let Poses {
@@ -285,28 +347,20 @@ impl Kernel<9> for Derivatives {
         let (normal1, normal2, normal3) = (w2.cross(w3), w3.cross(w1), w1.cross(w2));
         let volume = w1.dot(normal1);
         let (by1, by2, by3) = (w1.dot(move1), w2.dot(move2), w3.dot(move3));
-        let above = |found: Wide<S>, most: f64| found.abs().above(Wide::all(found.0, CLEAR * most));
+        let above = |found: Wide<S, N>, most: f64| {
+            found.abs().above(Wide::all(found.0, N::CLEAR * most.abs()))
+        };
         let clear = clear
             & above(volume, arm1.lb * arm2.lb * arm3.lb)
             & above(by1, arm1.lb * arm1.speed)
             & above(by2, arm2.lb * arm2.speed)
             & above(by3, arm3.lb * arm3.speed);
-        let inverse = Wide::all(volume.0, own.sense) / volume;
-        let inverse = inverse.where_it(clear, Wide::all(volume.0, f64::NAN));
-        let (by1, by2, by3) = (by1 * inverse, by2 * inverse, by3 * inverse);
-        let (Vectors([x1, y1, z1]), Vectors([x2, y2, z2]), Vectors([x3, y3, z3])) =
-            (normal1 * by1, normal2 * by2, normal3 * by3);
-        let [x, y, z] = own.axes;
-        [
-            x1 * x,
-            x2 * x,
-            x3 * x,
-            y1 * y,
-            y2 * y,
-            y3 * y,
-            z1 * z,
-            z2 * z,
-            z3 * z,
-        ]
+        let inverse = Wide::all(volume.0, 1.0) / volume;
+        let (Vectors([x1, y1, z1]), Vectors([x2, y2, z2]), Vectors([x3, y3, z3])) = (
+            normal1 * (by1 * inverse),
+            normal2 * (by2 * inverse),
+            normal3 * (by3 * inverse),
+        );
+        ([x1, x2, x3, y1, y2, y3, z1, z2, z3], clear)
     }
 }

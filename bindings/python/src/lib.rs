@@ -4,11 +4,11 @@
 //! errors       refusals and faults as Python exceptions
 //! wide         numbers of several rows, computed in one instruction
 //! lanes        kinematics of many rows at once
-//! arrays       arguments to rows of numbers, rows to arrays; the cores
+//! arrays       rows of numbers to arrays; the cores
 //! files        JSON, files, a printer's configuration
 //! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays
-//! samples      the class Samples: files, frames and arrays as tables
+//! samples      the class Samples: files, or columns of arrays and frames
 //! calibration  `calibrate`, and its report
 //! tasks        plan, validate, export, import_, simulate, workspace, compare
 //! ```
@@ -62,7 +62,7 @@ mod _native {
     #[pymodule_export]
     use crate::robot::{Robot, robot_of_text};
     #[pymodule_export]
-    use crate::samples::{Samples, read_samples, samples_of_bytes};
+    use crate::samples::{Samples, read_samples, samples_of_bytes, samples_of_columns};
     #[pymodule_export]
     use crate::tasks::{compare, determined, export, import_, plan, simulate, validate, workspace};
 

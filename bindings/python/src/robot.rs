@@ -1,9 +1,6 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
-use crate::arrays::{
-    Number, Rows, array, each_row, frame, hexadecimal, names_of, numbers, radians, rows, rows_of,
-    several,
-};
+use crate::arrays::{array, each_row, hexadecimal, in_numpy, several};
 use crate::errors::{input_error, type_error, value_error};
 use crate::files::{bytes_of, dumps, loads, write};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
@@ -85,7 +82,7 @@ impl Robot {
     pub(crate) fn with(&self, stated: Stated<'_>) -> PyResult<Self> {
         let mut file = self.file.clone();
         let mut sections = serde_json::Map::new();
-        for (name, value) in stated.sections.iter().flatten() {
+        for (name, value) in stated.sections.iter() {
             if !(value.is_none() || value.is_instance_of::<PyDict>()) {
                 let cause = "a dict is needed, of the keys that a robot file has in this section";
                 return Err(type_error(&name.extract::<String>()?, cause));
@@ -101,23 +98,23 @@ impl Robot {
             file.convention = Self::of_file(&file, "")?.merged(all)?.file.convention;
         }
         let drive = file.robot.drive();
-        if let Some(parameters) = stated.parameters {
+        if let Some(parameters) = &stated.parameters {
             let arms = arms_of(&file.convention, parameters)?;
             let robot = file.robot.with_parameters(arms);
             file.robot = robot.map_err(|error| value_error("parameters", error))?;
         }
-        if let Some(transmissions) = stated.transmissions {
+        if let Some(transmissions) = &stated.transmissions {
             file.robot = with_transmissions(&file, transmissions)?;
         }
-        if let Some(limits) = stated.limits {
+        if let Some(limits) = &stated.limits {
             let [low, high] = several("limits", limits, "(smallest, largest)")?;
             let (low, high) = file.convention.limits(low, high);
             file.limits = limits_of((low, high), drive)?;
         }
-        if let Some(noise) = stated.noise {
+        if let Some(noise) = &stated.noise {
             file.noise = Some(noise_of(noise)?);
         }
-        if let Some(tolerance) = stated.tolerance {
+        if let Some(tolerance) = &stated.tolerance {
             file.tolerance = Some(tolerance_of(tolerance, &file)?);
         }
         if let Some(zero) = stated.zero {
@@ -144,7 +141,7 @@ impl Robot {
         }
     }
 
-    fn same(&self) -> Self {
+    pub(crate) fn same(&self) -> Self {
         let Self { file, source } = self;
         Self {
             file: file.clone(),
@@ -165,71 +162,28 @@ impl Robot {
         toml::from_str(self.source.text()).map_err(|error| value_error("robot", error))
     }
 
-    /// Joints in the controller's direction.
-    pub(crate) fn joints<'py, N: Number>(
-        &self,
-        argument: &str,
-        given: &Bound<'py, PyAny>,
-    ) -> PyResult<Rows<'py, N>> {
+    /// The columns with `q` joints or `x` positions of a frame, and what converts them.
+    fn columns(&self, argument: &str, names: &[String]) -> PyResult<Vec<(String, f64)>> {
         let (drive, convention) = (self.file.robot.drive(), self.file.convention);
-        let Some(frame) = frame(given)? else {
-            let own = rows(argument, given)?;
-            radians(argument, own.get()?, drive)?;
-            return Ok(own);
+        let (columns, example) = match (argument, drive) {
+            ("x", _) => (Three::of_positions(names), "x_mm, y_mm, z_mm"),
+            (_, Drive::Rotary) => (Three::of_joints(drive, names), "q1_rad, q2_rad, q3_rad"),
+            (_, Drive::Linear) => (Three::of_joints(drive, names), "s1_mm, s2_mm, s3_mm"),
         };
-        let names = names_of(argument, &frame)?;
-        let columns = Three::of_joints(drive, &names);
-        self.converted(argument, &frame, columns, |row| convention.directed(&row))
-    }
-
-    /// Positions in the controller's axes.
-    pub(crate) fn positions<'py, N: Number>(
-        &self,
-        given: &Bound<'py, PyAny>,
-    ) -> PyResult<Rows<'py, N>> {
-        let Some(frame) = frame(given)? else {
-            return rows("x", given);
-        };
-        let convention = self.file.convention;
-        let columns = Three::of_positions(&names_of("x", &frame)?);
-        self.converted("x", &frame, columns, |row| {
-            convention.vector(&row.into()).into()
-        })
-    }
-
-    fn converted<'py, N: Number>(
-        &self,
-        argument: &str,
-        frame: &Bound<'py, PyAny>,
-        columns: Option<Three>,
-        outwards: impl Fn([f64; 3]) -> [f64; 3],
-    ) -> PyResult<Rows<'py, N>> {
         let columns = columns.ok_or_else(|| {
-            let example = match (argument, self.file.robot.drive()) {
-                ("x", _) => "x_mm, y_mm, z_mm",
-                (_, Drive::Rotary) => "q1_rad, q2_rad, q3_rad",
-                (_, Drive::Linear) => "s1_mm, s2_mm, s3_mm",
-            };
-            value_error(
-                argument,
-                format!("needs columns such as {example}, each once and with its unit"),
-            )
+            let wanted = format!("needs columns such as {example}, each once and with its unit");
+            value_error(argument, wanted)
         })?;
-        let factors = columns.inwards(&self.file.convention, [1.0; 3]);
-        let factors = factors.map(outwards).ok_or_else(|| {
+        let factors = columns.inwards(&convention, [1.0; 3]).ok_or_else(|| {
             let cause = "counts need counts_per_deg in the robot's convention";
             value_error(argument, cause)
         })?;
-        let columns = columns
-            .names()
-            .map(|name| numbers::<f64>(name, &frame.get_item(name)?.call_method0("to_numpy")?));
-        let mut rows = vec![[N::of(0.0); 3]; frame.len()?];
-        for (place, (column, factor)) in columns.into_iter().zip(factors).enumerate() {
-            for (row, own) in rows.iter_mut().zip(column?.as_slice()?) {
-                row[place] = N::of(factor * own);
-            }
-        }
-        rows_of(frame.py(), rows)
+        let factors = match argument {
+            "x" => convention.vector(&factors.into()).into(),
+            _ => convention.directed(&factors),
+        };
+        let names = columns.names().map(str::to_owned);
+        Ok(names.into_iter().zip(factors).collect())
     }
 
     /// Numbers of each row: of `q` joints, of `x` positions, in the type of the array.
@@ -246,24 +200,17 @@ impl Robot {
             "nan" => false,
             _ => return Err(value_error("errors", "\"nan\" or \"raise\" is needed")),
         };
+        let (py, angles) = (
+            given.py(),
+            argument != "x" && self.file.robot.drive() == Drive::Rotary,
+        );
         if given.cast::<PyArrayDyn<f32>>().is_ok() {
-            let rows = self.rows::<f32>(argument, given)?;
-            each_row(given.py(), argument, &rows, shape, raise, kernel, compute)
-        } else {
-            let rows = self.rows::<f64>(argument, given)?;
-            each_row(given.py(), argument, &rows, shape, raise, kernel, compute)
+            let rows = in_numpy(py, "rows", (argument, given, "float32"))?;
+            let rows = (argument, &rows, angles);
+            return each_row::<f32, WIDTH, _>(py, rows, shape, raise, kernel, compute);
         }
-    }
-
-    fn rows<'py, N: Number>(
-        &self,
-        argument: &str,
-        given: &Bound<'py, PyAny>,
-    ) -> PyResult<Rows<'py, N>> {
-        match argument {
-            "x" => self.positions(given),
-            _ => self.joints(argument, given),
-        }
+        let rows = self.vectors(argument, given)?;
+        each_row::<f64, WIDTH, _>(py, (argument, &rows, angles), shape, raise, kernel, compute)
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -321,7 +268,10 @@ impl Robot {
     /// ValueError
     ///     Lengths or limits that are impossible; the message begins with the argument.
     #[staticmethod]
-    #[pyo3(signature = (*, base_radius, platform_radius, upper_arm, forearm, limits, tolerance=None, zero=None, noise=None, **sections))]
+    #[pyo3(
+        signature = (*, base_radius, platform_radius, upper_arm, forearm, limits, **stated),
+        text_signature = "(*, base_radius, platform_radius, upper_arm, forearm, limits, tolerance=None, zero=None, noise=None, **sections)"
+    )]
     fn nominal<'py>(
         py: Python<'py>,
         base_radius: f64,
@@ -329,10 +279,7 @@ impl Robot {
         upper_arm: f64,
         forearm: f64,
         limits: &Bound<'py, PyAny>,
-        tolerance: Option<&Bound<'py, PyAny>>,
-        zero: Option<f64>,
-        noise: Option<&Bound<'py, PyAny>>,
-        sections: Option<&Bound<'py, PyDict>>,
+        stated: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
         let lengths = [
             ("base_radius", base_radius),
@@ -356,8 +303,8 @@ impl Robot {
         let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
         file.platform_radius = Some(platform_radius);
         Self::of_file(&file, "")?.with(Stated {
-            limits: Some(limits),
-            ..Stated::of(py, noise, tolerance, zero, sections)?
+            limits: Some(limits.clone()),
+            ..Stated::of(py, stated)?
         })
     }
 
@@ -376,17 +323,16 @@ impl Robot {
     /// tolerance, zero, noise, sections
     ///     As of `nominal`.
     #[staticmethod]
-    #[pyo3(signature = (parameters, *, limits, transmissions=None, drive="rotary", tolerance=None, zero=None, noise=None, **sections))]
+    #[pyo3(
+        signature = (parameters, *, limits, drive="rotary", **stated),
+        text_signature = "(parameters, *, limits, transmissions=None, drive='rotary', tolerance=None, zero=None, noise=None, **sections)"
+    )]
     fn from_parameters<'py>(
         py: Python<'py>,
         parameters: &Bound<'py, PyAny>,
         limits: &Bound<'py, PyAny>,
-        transmissions: Option<&Bound<'py, PyAny>>,
         drive: &str,
-        tolerance: Option<&Bound<'py, PyAny>>,
-        zero: Option<f64>,
-        noise: Option<&Bound<'py, PyAny>>,
-        sections: Option<&Bound<'py, PyDict>>,
+        stated: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
         let drive = match drive {
             "rotary" => Drive::Rotary,
@@ -420,10 +366,9 @@ impl Robot {
         };
         let file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, drive)?);
         Self::of_file(&file, "")?.with(Stated {
-            parameters: Some(parameters),
-            transmissions,
-            limits: Some(limits),
-            ..Stated::of(py, noise, tolerance, zero, sections)?
+            parameters: Some(parameters.clone()),
+            limits: Some(limits.clone()),
+            ..Stated::of(py, stated)?
         })
     }
 
@@ -477,24 +422,12 @@ impl Robot {
     ///     As of `from_parameters`.
     /// tolerance, zero, noise, sections
     ///     As of `nominal`. `convention` counts the same robot in another way.
-    #[pyo3(signature = (*, parameters=None, limits=None, transmissions=None, tolerance=None, zero=None, noise=None, **sections))]
-    fn replace<'py>(
-        &self,
-        py: Python<'py>,
-        parameters: Option<&Bound<'py, PyAny>>,
-        limits: Option<&Bound<'py, PyAny>>,
-        transmissions: Option<&Bound<'py, PyAny>>,
-        tolerance: Option<&Bound<'py, PyAny>>,
-        zero: Option<f64>,
-        noise: Option<&Bound<'py, PyAny>>,
-        sections: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Self> {
-        self.with(Stated {
-            parameters,
-            transmissions,
-            limits,
-            ..Stated::of(py, noise, tolerance, zero, sections)?
-        })
+    #[pyo3(
+        signature = (**stated),
+        text_signature = "(self, *, parameters=None, limits=None, transmissions=None, tolerance=None, zero=None, noise=None, **sections)"
+    )]
+    fn replace<'py>(&self, py: Python<'py>, stated: Option<&Bound<'py, PyDict>>) -> PyResult<Self> {
+        self.with(Stated::of(py, stated)?)
     }
 
     /// Positions of the platform point, or of a target.
@@ -511,8 +444,8 @@ impl Robot {
     /// Returns
     /// -------
     /// array (…, 3)
-    ///     mm, float32 if `q` is. From 64 rows on they are computed several at once and agree with those of single rows
-    ///     to 1e-12 mm, the last bits of a number.
+    ///     mm, float32 if `q` is. From 64 rows on they are computed several at once, float32 in 32 bits, and agree with
+    ///     those of single rows to 1e-12, float32 to 1e-6, near singularities to 1e-4.
     #[pyo3(signature = (q, *, target=None, errors="nan"))]
     fn forward<'py>(
         &self,
@@ -671,6 +604,25 @@ impl Robot {
                 axes[row] * signs[column % 4] * columns[(row, column)]
             }))
         })
+    }
+
+    /// Rows of three numbers of an array or a frame: of `x` positions, of all else joints.
+    #[pyo3(name = "_vectors")]
+    pub(crate) fn vectors<'py>(
+        &self,
+        argument: &str,
+        given: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = given.py();
+        let frame = in_numpy(py, "framed", (given,))?;
+        if frame.is_none() {
+            return in_numpy(py, "rows", (argument, given));
+        }
+        let names = frame.getattr("columns")?.try_iter()?;
+        let names = names
+            .map(|name| name?.extract())
+            .collect::<PyResult<Vec<_>>>()?;
+        in_numpy(py, "in_units", (&frame, self.columns(argument, &names)?))
     }
 
     /// The 24 parameters: array (3, 8), a row an arm. Dx, Dy, Dz (mm), theta, alpha (radians), La_x, La_y, Lb (mm); of

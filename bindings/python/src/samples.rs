@@ -1,340 +1,20 @@
 //! Samples: files, frames and arrays as tables, which the reader of samples files reads.
 
-use crate::arrays::{Rows, array, frame, hexadecimal, named, names_of, numbers};
-use crate::errors::{calibrate_error, input_error, type_error, value_error};
+use crate::arrays::{array, hexadecimal};
+use crate::errors::{calibrate_error, input_error, value_error};
 use crate::files::bytes_of;
 use crate::robot::Robot;
-use delta_cal::robot::Drive;
 use delta_cal_host::files::columns::ColumnMapping;
 use delta_cal_host::files::input::Cells;
 use delta_cal_host::{CalibrateError, InputText, Options, Readings, read_samples as read};
 use nalgebra::{Matrix3, Vector3};
-use numpy::PyUntypedArrayMethods;
-use pyo3::exceptions::PyTypeError;
+use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList, PyString};
+use pyo3::types::{PyBytes, PyDict};
 use sha2::{Digest, Sha256};
 
 /// A table's header and first line.
 const ABOVE: u64 = 2;
-
-/// One number, or one a row.
-fn numbers_of(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
-    let array = numbers(argument, given)?;
-    let all = match array.as_slice()? {
-        [one] => vec![*one; count],
-        all if array.ndim() == 1 => all.to_vec(),
-        _ => {
-            let cause = format!(
-                "shape {:?}; an array of shape (n,) is needed",
-                array.shape()
-            );
-            return Err(value_error(argument, cause));
-        }
-    };
-    check_count(argument, all.len(), count)?;
-    finite(argument, all.iter().copied().enumerate())?;
-    Ok(Cells::Numbers(all))
-}
-
-/// Whether an argument has more axes than that of the rows.
-fn is_above_one(given: &Bound<'_, PyAny>) -> PyResult<bool> {
-    let numpy = given.py().import("numpy")?;
-    Ok(numpy.call_method1("ndim", (given,))?.extract::<usize>()? > 1)
-}
-
-/// σ and shape of the coordinates' covariance of each row.
-type Covariances = (Cells, Vec<Option<Matrix3<f64>>>);
-
-/// Of σ of each coordinate (n, 3), or of covariances (n, 3, 3).
-fn covariances(
-    argument: &str,
-    given: &Bound<'_, PyAny>,
-    count: usize,
-    axes: [f64; 3],
-) -> PyResult<Covariances> {
-    let array = numbers::<f64>(argument, given)?;
-    let all = array.as_slice()?;
-    let matrices: Vec<Matrix3<f64>> = match array.shape() {
-        [_, 3] => {
-            let rows = all.as_chunks::<3>().0.iter();
-            rows.map(|own| Matrix3::from_diagonal(&Vector3::from(own.map(|own| own * own))))
-                .collect()
-        }
-        [_, 3, 3] => {
-            let rows = all.as_chunks::<9>().0.iter();
-            rows.map(|own| Matrix3::from_row_slice(own)).collect()
-        }
-        shape => {
-            let cause = format!("shape {shape:?}; (n,), (n, 3) or (n, 3, 3) is needed");
-            return Err(value_error(argument, cause));
-        }
-    };
-    check_count(argument, matrices.len(), count)?;
-    let signs = Matrix3::from_diagonal(&Vector3::from(axes));
-    let (mut sigmas, mut shapes) = (Vec::new(), Vec::new());
-    for (row, own) in matrices.into_iter().enumerate() {
-        let square = own.trace() / 3.0;
-        let shape = signs * own * signs / square;
-        let off = (shape - shape.transpose()).abs().max();
-        if !(square.is_finite() && off < SYMMETRIC && shape.cholesky().is_some()) {
-            let cause = format!("row {row} is no covariance: symmetric and positive definite");
-            return Err(value_error(argument, cause));
-        }
-        sigmas.push(square.sqrt());
-        shapes.push(Some(shape));
-    }
-    Ok((Cells::Numbers(sigmas), shapes))
-}
-
-/// A covariance is as symmetric as rounding leaves it.
-const SYMMETRIC: f64 = 1e-9;
-
-/// One word, or one a row; None is none.
-fn words_of(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
-    let all = if let Ok(word) = given.cast::<PyString>() {
-        vec![word.to_string(); count]
-    } else {
-        let words = given
-            .try_iter()
-            .map_err(|_| type_error(argument, "words are needed"))?;
-        let words = words.map(|word| match word? {
-            word if word.is_none() => Ok(String::new()),
-            word => word.str().map(|own| own.to_string()),
-        });
-        words.collect::<PyResult<Vec<_>>>()?
-    };
-    check_count(argument, all.len(), count)?;
-    let faulty = |own: &String| own.contains(['"', ',', ';', '\n', '\r', '\t']);
-    match all.iter().position(faulty) {
-        Some(row) => {
-            let cause = format!("row {row}: a word without separators is needed");
-            Err(value_error(argument, cause))
-        }
-        None => Ok(Cells::Words(all)),
-    }
-}
-
-fn of_column(name: &str, column: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
-    let array = column.call_method0("to_numpy")?;
-    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    match kind.as_str() {
-        "f" => numbers_of(name, &array, count),
-        _ => words_of(name, &array, count),
-    }
-}
-
-fn missing(cells: &Cells, count: usize) -> Cells {
-    match cells {
-        Cells::Numbers(_) => Cells::Numbers(vec![f64::NAN; count]),
-        Cells::Words(_) => Cells::Words(vec![String::new(); count]),
-    }
-}
-
-/// Adds the cells of more rows.
-fn append(argument: &str, own: &mut Cells, more: Cells) -> PyResult<()> {
-    match (own, more) {
-        (Cells::Numbers(own), Cells::Numbers(more)) => own.extend(more),
-        (Cells::Words(own), Cells::Words(more)) => own.extend(more),
-        _ => {
-            let cause = "numbers in some rows and words in others";
-            return Err(type_error(argument, cause));
-        }
-    }
-    Ok(())
-}
-
-/// One a row: the argument, the column, and whether it is a number.
-const READINGS: [(&str, &str, bool); 7] = [
-    ("height", "height_mm", true),
-    ("plane", "plane", false),
-    ("distance", "distance_mm", true),
-    ("point", "point", false),
-    ("sigma", "sigma_mm", true),
-    ("target", "target", false),
-    ("name", "name", false),
-];
-
-/// That an argument has a row for each of `q`.
-fn check_count(argument: &str, own: usize, count: usize) -> PyResult<()> {
-    if own == count {
-        return Ok(());
-    }
-    Err(value_error(
-        argument,
-        format!("{own} rows, and q has {count}"),
-    ))
-}
-
-fn rows_for<'py>(count: usize, argument: &str, rows: Rows<'py>) -> PyResult<Rows<'py>> {
-    let rows = rows.in_table(argument)?;
-    check_count(argument, rows.get()?.len(), count)?;
-    Ok(rows)
-}
-
-/// Columns of so many rows.
-struct Table {
-    count: usize,
-    columns: Vec<(String, Cells)>,
-    shapes: Vec<Option<Matrix3<f64>>>,
-}
-
-impl Table {
-    /// Of arrays by the names of the arguments.
-    fn of_arrays(robot: &Robot, given: &Bound<'_, PyDict>) -> PyResult<Self> {
-        for name in given.keys() {
-            let name: String = name.extract()?;
-            let known =
-                ["q", "x", "to"].contains(&&*name) || READINGS.iter().any(|own| own.0 == name);
-            if !known {
-                return Err(PyTypeError::new_err(format!("{name}: no such reading")));
-            }
-        }
-        let get = |name: &str| {
-            given
-                .get_item(name)
-                .map(|own| own.filter(|own| !own.is_none()))
-        };
-        let q = get("q")?.ok_or_else(|| value_error("q", "joint angles are needed"))?;
-        let joints = robot.joints("q", &q)?.in_table("q")?;
-        let count = joints.get()?.len();
-        if count == 0 {
-            return Err(value_error("q", "no rows"));
-        }
-        let mut table = Self {
-            count,
-            columns: Vec::new(),
-            shapes: vec![None; count],
-        };
-        let joint = match robot.file.robot.drive() {
-            Drive::Rotary => ["q1_rad", "q2_rad", "q3_rad"],
-            Drive::Linear => ["s1_mm", "s2_mm", "s3_mm"],
-        };
-        table.vectors("q", joint.map(str::to_owned), joints.get()?)?;
-        if let Some(x) = get("x")? {
-            let rows = rows_for(count, "x", robot.positions(&x)?)?;
-            table.vectors(
-                "x",
-                ["x_mm", "y_mm", "z_mm"].map(str::to_owned),
-                rows.get()?,
-            )?;
-        }
-        if let Some(to) = get("to")? {
-            let rows = rows_for(count, "to", robot.joints("to", &to)?)?;
-            table.vectors("to", joint.map(|own| format!("to_{own}")), rows.get()?)?;
-        }
-        for (argument, column, is_number) in READINGS {
-            let Some(given) = get(argument)? else {
-                continue;
-            };
-            let read = if is_number { numbers_of } else { words_of };
-            let cells = if argument == "sigma" && is_above_one(&given)? {
-                let axes = robot.file.convention.axes();
-                let (sigmas, shapes) = covariances(argument, &given, count, axes)?;
-                table.shapes = shapes;
-                sigmas
-            } else {
-                read(argument, &given, count)?
-            };
-            table.columns.push((column.to_owned(), cells));
-        }
-        table.leave_out_the_unmeasured();
-        Ok(table)
-    }
-
-    fn vectors(&mut self, argument: &str, names: [String; 3], rows: &[[f64; 3]]) -> PyResult<()> {
-        let cells = rows.iter().enumerate();
-        finite(
-            argument,
-            cells.flat_map(|(row, own)| own.map(|own| (row, own))),
-        )?;
-        for (place, name) in names.into_iter().enumerate() {
-            let cells = Cells::Numbers(rows.iter().map(|row| row[place]).collect());
-            self.columns.push((name, cells));
-        }
-        Ok(())
-    }
-
-    /// Rows without a joint, in the first three columns, or without any reading.
-    fn leave_out_the_unmeasured(&mut self) {
-        const READ: [&str; 5] = ["x_mm", "y_mm", "z_mm", "height_mm", "distance_mm"];
-        let (joints, others) = self.columns.split_at_mut(3);
-        let is_read = |(_, cells): &(String, Cells), row: usize| match cells {
-            Cells::Numbers(all) => !all[row].is_nan(),
-            Cells::Words(_) => false,
-        };
-        let used = |row: usize| {
-            let mut read = others.iter().filter(|(name, _)| READ.contains(&&**name));
-            joints.iter().all(|own| is_read(own, row)) && read.any(|own| is_read(own, row))
-        };
-        let used: Vec<_> = (0..self.count).map(used).collect();
-        if used.iter().all(|own| *own) {
-            return;
-        }
-        for (_, cells) in joints {
-            if let Cells::Numbers(all) = cells {
-                for cell in all.iter_mut().filter(|own| own.is_nan()) {
-                    *cell = 0.0;
-                }
-            }
-        }
-        let words = used
-            .iter()
-            .map(|used| if *used { "1" } else { "0" }.to_owned());
-        let cells = Cells::Words(words.collect());
-        self.columns.push(("use".to_owned(), cells));
-    }
-
-    /// Of a frame, by the names of its columns.
-    fn of_frame(frame: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let count = frame.len()?;
-        let columns = names_of(FRAME, frame)?.into_iter().map(|name| {
-            let cells = of_column(&name, &frame.get_item(&name)?, count)?;
-            Ok((name, cells))
-        });
-        let columns = columns.collect::<PyResult<_>>()?;
-        let shapes = vec![None; count];
-        Ok(Self {
-            count,
-            columns,
-            shapes,
-        })
-    }
-
-    /// With the rows of another below.
-    fn with(mut self, other: Self) -> PyResult<Self> {
-        for (name, like) in &other.columns {
-            if self.columns.iter().all(|(own, _)| own != name) {
-                self.columns.push((name.clone(), missing(like, self.count)));
-            }
-        }
-        for (name, own) in &mut self.columns {
-            let more = other.columns.iter().find(|(other, _)| other == name);
-            let more = more.map_or_else(|| missing(own, other.count), |(_, more)| more.clone());
-            append(name, own, more)?;
-        }
-        self.count += other.count;
-        self.shapes.extend(other.shapes);
-        Ok(self)
-    }
-}
-
-/// The name of samples that are a frame.
-const FRAME: &str = "samples";
-
-/// That no number is infinite.
-fn finite(argument: &str, numbers: impl Iterator<Item = (usize, f64)>) -> PyResult<()> {
-    let faulty = numbers.filter(|(_, own)| own.is_infinite());
-    let mut rows: Vec<_> = faulty.map(|(row, _)| row).collect();
-    rows.dedup();
-    if rows.is_empty() {
-        return Ok(());
-    }
-    Err(value_error(
-        argument,
-        format!("infinity in {}", named(&rows)),
-    ))
-}
 
 /// Joint angles and what was measured there: positions, single coordinates, heights, distances, in any mixture.
 ///
@@ -394,15 +74,6 @@ impl Samples {
         }
     }
 
-    /// Rows of arrays or of a frame, which no text holds.
-    fn of_table(name: &str, table: Table) -> Self {
-        Self {
-            in_arrays: true,
-            shapes: table.shapes,
-            ..Self::of_input(InputText::of_columns(name, table.columns))
-        }
-    }
-
     /// Of a line: of arrays the index of its row.
     pub(crate) fn place_of(&self, line: u64) -> u64 {
         if self.in_arrays {
@@ -442,46 +113,6 @@ impl Samples {
             }
             refused => refused,
         }
-    }
-
-    /// What `calibrate` and `validate` are given: samples or their file, a frame of all columns, or arrays by name.
-    pub(crate) fn given(robot: &Robot, given: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if let Ok(samples) = given.cast::<Self>() {
-            return Ok(samples.get().clone());
-        }
-        if let Some(frame) = frame(given)? {
-            return Ok(Self::of_table(FRAME, Table::of_frame(&frame)?));
-        }
-        if given.is_instance_of::<PyString>() || given.hasattr("__fspath__")? {
-            return read_samples(given, None, None);
-        }
-        let all = match given.cast::<PyDict>() {
-            Ok(one) => PyList::new(given.py(), [one])?,
-            Err(_) => given
-                .py()
-                .import("builtins")?
-                .getattr("list")?
-                .call1((given,))?
-                .cast_into()?,
-        };
-        let mut names: Vec<String> = Vec::new();
-        let mut whole: Option<Table> = None;
-        for one in all.iter() {
-            let one = one.cast_into::<PyDict>()?;
-            for (name, value) in one.iter() {
-                let name: String = name.extract()?;
-                if !value.is_none() && !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-            let table = Table::of_arrays(robot, &one)?;
-            whole = Some(match whole {
-                Some(whole) => whole.with(table)?,
-                None => table,
-            });
-        }
-        let whole = whole.ok_or_else(|| value_error("q", "no rows"))?;
-        Ok(Self::of_table(&names.join(", "), whole))
     }
 }
 
@@ -602,4 +233,37 @@ pub(crate) fn samples_of_bytes(
     columns: Option<String>,
 ) -> PyResult<Samples> {
     Samples::of(parts, columns)
+}
+
+/// Of arrays or a frame by the names of the columns, which no text holds, and the shapes (n, 3, 3) of the covariances, NaN
+/// of rows without.
+#[pyfunction]
+pub(crate) fn samples_of_columns(
+    robot: &Robot,
+    name: &str,
+    columns: Vec<(String, Bound<'_, PyAny>)>,
+    shapes: Option<PyReadonlyArray3<'_, f64>>,
+) -> PyResult<Samples> {
+    let columns = columns.into_iter().map(|(name, own)| {
+        let cells = match own.extract::<PyReadonlyArray1<'_, f64>>() {
+            Ok(numbers) => Cells::Numbers(numbers.as_array().to_vec()),
+            Err(_) => Cells::Words(own.extract()?),
+        };
+        Ok((name, cells))
+    });
+    let columns = columns.collect::<PyResult<_>>()?;
+    let signs = Matrix3::from_diagonal(&Vector3::from(robot.file.convention.axes()));
+    let shapes = match &shapes {
+        Some(shapes) => shapes.as_slice()?.as_chunks::<9>().0,
+        None => &[],
+    };
+    let shapes = shapes.iter().map(|own| {
+        let own = signs * Matrix3::from_row_slice(own) * signs;
+        (!own[0].is_nan()).then_some(own)
+    });
+    Ok(Samples {
+        in_arrays: true,
+        shapes: shapes.collect(),
+        ..Samples::of_input(InputText::of_columns(name, columns))
+    })
 }

@@ -1,7 +1,7 @@
 //! What is stated of a robot: arguments to what its file holds.
 
 use crate::arrays::{numbers, several};
-use crate::errors::value_error;
+use crate::errors::{type_error, value_error};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, Transmission};
 use delta_cal::{Noise, Parameter, Robot as Geometry, Tolerance};
@@ -10,51 +10,61 @@ use delta_cal_host::files::convention::Convention;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 /// σ of angles above these, radians, are degrees.
 const LARGEST_ANGLE: f64 = 0.2;
 pub(crate) const LARGEST_ZERO: f64 = 0.6;
 
-/// What is stated in place of what a robot has.
-#[derive(Default)]
-pub(crate) struct Stated<'a> {
-    pub(crate) parameters: Option<&'a Bound<'a, PyAny>>,
-    pub(crate) transmissions: Option<&'a Bound<'a, PyAny>>,
-    pub(crate) limits: Option<&'a Bound<'a, PyAny>>,
-    pub(crate) noise: Option<&'a Bound<'a, PyAny>>,
-    pub(crate) tolerance: Option<&'a Bound<'a, PyAny>>,
-    pub(crate) zero: Option<f64>,
-    /// Sections of the robot file by their names.
-    pub(crate) sections: Option<Bound<'a, PyDict>>,
+pub(crate) const FRAMES: &str = "\"base\" or \"sensor\"";
+pub(crate) const METHODS: &str = "\"joint\", \"ikm\" or \"fkm\"";
+
+/// One of some words.
+pub(crate) fn word<T: DeserializeOwned>(argument: &str, given: &str, all: &str) -> PyResult<T> {
+    let found = serde_json::from_value(given.into());
+    found.map_err(|_| value_error(argument, format!("{given:?}; {all} is needed")))
 }
 
-impl<'a> Stated<'a> {
-    /// `noise` and `tolerance` may be sections themselves.
-    pub(crate) fn of(
-        py: Python<'a>,
-        noise: Option<&'a Bound<'a, PyAny>>,
-        tolerance: Option<&'a Bound<'a, PyAny>>,
-        zero: Option<f64>,
-        sections: Option<&Bound<'a, PyDict>>,
-    ) -> PyResult<Self> {
-        let all = match sections {
-            Some(sections) => sections.copy()?,
-            None => PyDict::new(py),
-        };
-        let numbers = |name, own: Option<&'a Bound<'a, PyAny>>| match own {
-            Some(own) if own.is_instance_of::<PyDict>() => {
-                all.set_item(name, own)?;
-                Ok::<_, PyErr>(None)
+/// What is stated in place of what a robot has.
+pub(crate) struct Stated<'py> {
+    pub(crate) parameters: Option<Bound<'py, PyAny>>,
+    pub(crate) transmissions: Option<Bound<'py, PyAny>>,
+    pub(crate) limits: Option<Bound<'py, PyAny>>,
+    pub(crate) noise: Option<Bound<'py, PyAny>>,
+    pub(crate) tolerance: Option<Bound<'py, PyAny>>,
+    pub(crate) zero: Option<f64>,
+    /// Sections of the robot file by their names.
+    pub(crate) sections: Bound<'py, PyDict>,
+}
+
+impl<'py> Stated<'py> {
+    /// Of the arguments by their names; `noise` and `tolerance` may be sections themselves.
+    pub(crate) fn of(py: Python<'py>, given: Option<&Bound<'py, PyDict>>) -> PyResult<Self> {
+        let sections = given.map_or_else(|| Ok(PyDict::new(py)), PyDictMethods::copy)?;
+        let take = |name: &str| -> PyResult<Option<Bound<'py, PyAny>>> {
+            let Some(own) = sections.get_item(name)? else {
+                return Ok(None);
+            };
+            if own.is_instance_of::<PyDict>() {
+                return Ok(None);
             }
-            own => Ok(own),
+            sections.del_item(name)?;
+            Ok((!own.is_none()).then_some(own))
         };
         Ok(Self {
-            noise: numbers("noise", noise)?,
-            tolerance: numbers("tolerance", tolerance)?,
-            zero,
-            sections: (!all.is_empty()).then_some(all),
-            ..Self::default()
+            parameters: take("parameters")?,
+            transmissions: take("transmissions")?,
+            limits: take("limits")?,
+            noise: take("noise")?,
+            tolerance: take("tolerance")?,
+            zero: match take("zero")? {
+                Some(zero) => Some(zero.extract().map_err(|_| {
+                    type_error("zero", "a standard uncertainty in radians is needed")
+                })?),
+                None => None,
+            },
+            sections,
         })
     }
 }

@@ -1,17 +1,18 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
-use crate::arrays::{array, with_cores, with_cores_telling, with_cores_timed};
-use crate::calibration::{document, frame_of, limit_of, method_of};
+use crate::arrays::{array, with_cores, with_cores_telling};
+use crate::calibration::{document, limit_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
 use crate::files::{configuration, included, loads, plain};
 use crate::robot::Robot;
 use crate::samples::{Samples, samples_of_bytes};
-use delta_cal_host::campaign::{self, OneCase, RobotResult, Spread};
+use crate::stated::{FRAMES, METHODS, word};
+use delta_cal_host::campaign::{self, OneCase};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
+use delta_cal_host::halt::Steps;
 use delta_cal_host::planning::{
-    self, Determined, Kind, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, labelled,
-    plan_for,
+    self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Region, Wishes, labelled, plan_for,
 };
 use delta_cal_host::report::{
     comparison, plan as plan_report, validation, workspace as workspace_report,
@@ -19,9 +20,10 @@ use delta_cal_host::report::{
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
 use delta_cal_host::{Frame, InputText, Options, Planned};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people.
@@ -49,26 +51,25 @@ pub(crate) fn plan<'py>(
         let cause = format!("{count}; {LEAST} to {MOST} measurements can be planned");
         return Err(value_error("count", cause));
     }
+    let steps = Steps::default();
     let request = PlanRequest {
-        frame: frame_of(frame)?,
+        frame: word("frame", frame, FRAMES)?,
         region,
         absolute,
-        order: match order {
-            "random" => Order::Random,
-            "shortest" => Order::Shortest,
-            _ => return Err(value_error("order", "\"random\" or \"shortest\" is needed")),
-        },
+        order: word("order", order, "\"random\" or \"shortest\"")?,
         seed,
+        steps: Some(&steps),
         ..PlanRequest::new(&robot.file, wishes, count)
     };
     if request.frame == Frame::Sensor && !request.kinds.positions() {
         let cause = "\"sensor\" is for coordinates, and measure asks for none";
         return Err(value_error("frame", cause));
     }
-    let found = with_cores_timed(py, progress.as_ref(), || match accuracy {
+    let plan = || match accuracy {
         Some(accuracy) => plan_for(&request, accuracy),
         None => planning::plan(&request),
-    })?;
+    };
+    let found = with_cores_telling(py, progress.as_ref(), plan, || steps.counted())?;
     let mut found = found.map_err(|error| plan_error(py, error))?;
     found.measurements = labelled(found.measurements, names, 1);
     let convention = robot.file.convention;
@@ -102,18 +103,17 @@ fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
 pub(crate) fn determined<'py>(
     py: Python<'py>,
     robot: &Robot,
-    samples: &Bound<'py, PyAny>,
+    samples: &Samples,
     frame: &str,
     absolute: bool,
     seed: u64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let request = PlanRequest {
-        frame: frame_of(frame)?,
+        frame: word("frame", frame, FRAMES)?,
         absolute,
         seed,
         ..PlanRequest::new(&robot.file, Wishes::only(Kind::XYZ), LEAST)
     };
-    let samples = Samples::given(robot, samples)?;
     let file = Planned::read(&samples.text, &robot.file);
     let file = file.map_err(|error| input_error(&error, false))?;
     let unmeasured = file.unmeasured.iter();
@@ -133,7 +133,7 @@ pub(crate) fn determined<'py>(
 pub(crate) fn validate<'py>(
     py: Python<'py>,
     robot: &Robot,
-    samples: &Bound<'py, PyAny>,
+    samples: &Samples,
     limit: f64,
     frame: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -141,10 +141,9 @@ pub(crate) fn validate<'py>(
     let stored = frame == "stored";
     let request = Request {
         limit,
-        frame: frame_of(if stored { "sensor" } else { frame })?,
+        frame: word("frame", if stored { "sensor" } else { frame }, FRAMES)?,
         stored,
     };
-    let samples = Samples::given(robot, samples)?;
     check_independent(&robot.source, &samples.text).map_err(|error| input_error(&error, false))?;
     let found = with_cores(py, || {
         let options = Options {
@@ -155,7 +154,7 @@ pub(crate) fn validate<'py>(
         delta_cal_host::validation::validate(&robot.file, &readings, request)
     })?;
     let found = found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
-    let document = document(robot, &samples);
+    let document = document(robot, samples);
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
     let dict = PyDict::new(py);
     dict.set_item("verdict", found.verdict.name())?;
@@ -199,11 +198,9 @@ pub(crate) fn export<'py>(
         None => None,
         Some(x) => {
             let convention = robot.file.convention;
-            let rows = robot.positions(x)?;
-            let inside = rows
-                .get()?
-                .iter()
-                .map(|own| convention.vector(&(*own).into()));
+            let rows: PyReadonlyArrayDyn<'py, f64> = robot.vectors("x", x)?.extract()?;
+            let (rows, _) = rows.as_slice()?.as_chunks::<3>();
+            let inside = rows.iter().map(|own| convention.vector(&(*own).into()));
             Some(inside.collect())
         }
     };
@@ -312,10 +309,10 @@ pub(crate) fn compare<'py>(
     Ok(dict)
 }
 
-/// Columns of a simulated campaign, a row a robot.
+/// The table of a simulated campaign, a row a robot.
 #[pyfunction]
-pub(crate) fn simulate<'py>(
-    py: Python<'py>,
+pub(crate) fn simulate(
+    py: Python<'_>,
     robot: &Robot,
     first: u64,
     count: u64,
@@ -325,21 +322,14 @@ pub(crate) fn simulate<'py>(
     planned: bool,
     spread: &str,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<String> {
     let case = OneCase {
         robot: "robot",
         robots: 1,
         seed,
-        spread: match spread {
-            "uniform" => Spread::Uniform,
-            "normal" => Spread::Normal,
-            _ => {
-                let cause = format!("{spread}; \"normal\" or \"uniform\" is needed");
-                return Err(value_error("spread", cause));
-            }
-        },
+        spread: word("spread", spread, "\"normal\" or \"uniform\"")?,
         poses,
-        method: method_of(method)?,
+        method: word("method", method, METHODS)?,
         planned,
     };
     if let Err(missing) = case.to_toml(&robot.file) {
@@ -351,56 +341,10 @@ pub(crate) fn simulate<'py>(
         .checked_add(count)
         .ok_or_else(|| value_error("n", "too many robots"))?;
     let counted = AtomicU64::new(0);
-    let found = with_cores_telling(
-        py,
-        || {
-            campaign::run(&plan, &(first..end), &mut |own, _| {
-                counted.store(own, Relaxed);
-            })
-        },
-        |py| match &progress {
-            Some(tell) => tell
-                .bind(py)
-                .call1((counted.load(Relaxed), count))
-                .map(drop),
-            None => Ok(()),
-        },
-    )?;
+    let mut run = |own, _| counted.store(own, Relaxed);
+    let run = || campaign::run(&plan, &(first..end), &mut run);
+    let told = || [counted.load(Relaxed), count];
+    let found = with_cores_telling(py, progress.as_ref(), run, told)?;
     let found = found.map_err(|error| input_error(&error, false))?;
-    let rows: Vec<_> = found.into_iter().map(|(_, row)| row).collect();
-    columns(py, &rows)
-}
-
-/// A column of robots.
-type Column = (&'static str, fn(&RobotResult) -> Option<f64>);
-
-const COLUMNS: [Column; 10] = [
-    ("parameter_before", |row| row.parameter_before_mm),
-    ("parameter_after", |row| row.parameter_after_mm),
-    ("parameter_stated", |row| row.parameter_stated_mm),
-    ("parameter_bound", |row| row.parameter_bound_mm),
-    ("error_before", |row| row.error_before_mm),
-    ("error_after", |row| row.error_after_mm),
-    ("error_stated", |row| row.error_stated_mm),
-    ("relative_before", |row| row.relative_before_mm),
-    ("relative_after", |row| row.relative_after_mm),
-    ("relative_stated", |row| row.relative_stated_mm),
-];
-
-fn columns<'py>(py: Python<'py>, rows: &[RobotResult]) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    let robots = rows.iter().map(|row| row.robot).collect();
-    dict.set_item("robot", PyArray1::<u64>::from_vec(py, robots))?;
-    let accepted = rows.iter().map(RobotResult::is_accepted).collect();
-    dict.set_item("accepted", PyArray1::<bool>::from_vec(py, accepted))?;
-    for (name, of) in COLUMNS {
-        let values = rows.iter().map(|row| of(row).unwrap_or(f64::NAN)).collect();
-        dict.set_item(name, PyArray1::<f64>::from_vec(py, values))?;
-    }
-    let statuses = PyList::new(py, rows.iter().map(|row| row.status.as_str()))?;
-    let statuses = py
-        .import("numpy")?
-        .call_method1("array", (statuses, "str"))?;
-    dict.set_item("status", statuses)?;
-    Ok(dict)
+    campaign::rows_csv(&found).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

@@ -141,8 +141,11 @@ def test_progress_is_told(robot):
     told = []
     dc.simulate(robot, n=2000, progress=lambda done, whole: told.append((done, whole)))
     assert told[-1] == (2000, 2000) and told == sorted(told)
+    told.clear()
+    dc.plan(robot, 60, progress=lambda done, whole: told.append((done, whole)))
+    # 240 / 60 starts, each exchanged and then four times in its neighbourhood.
+    assert told == sorted(told) and told[-1] == (20, 20) and len({done for done, _ in told}) > 3
     waited = []
-    dc.plan(robot, 60, progress=waited.append)
     q = np.random.default_rng(1).uniform(-0.9, 1.4, (20000, 3))
     dc.calibrate(robot, q, robot.forward(q), progress=waited.append)
     assert len(waited) > 3 and waited[0] < 1

@@ -160,7 +160,7 @@ function arm(value, lit) {
     { viewBox: "0 0 420 420", class: "picture view", role: "img", "aria-label": "one arm of the robot, to scale" },
     part([0, 0.05 * reach], [0, end[1]], "grid"),
     group("min_deg", part([base, 0], limit(low), "dimension"), label(limit(low), "min", 12)),
-    group("max_deg", part([base, 0], limit(high), "dimension"), label(limit(high), "max", 18)),
+    group("max_deg", part([base, 0], limit(high), "dimension"), label(limit(high), "max", -22)),
     group("base_radius_mm", part([0, 0], [base, 0]), label([base / 2, 0], "base radius")),
     group("upper_arm_mm", part([base, 0], elbow), label([(base + elbow[0]) / 2, elbow[1] / 2], "upper arm", 42)),
     group("forearm_mm", part(elbow, end), label([(elbow[0] + end[0]) / 2, (elbow[1] + end[1]) / 2], "forearm", 44, 22)),

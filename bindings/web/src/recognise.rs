@@ -3,7 +3,7 @@
 use crate::fault::Fault;
 use crate::folder::Folder;
 use crate::inputs::{Machine, Request, is_robot_file};
-use delta_cal::robot::Drive;
+use delta_cal::robot::{Arm, Drive};
 use delta_cal_host::files::samples_file::Kind as Measured;
 use delta_cal_host::import::{Firmware, Imported, Stated, lengths, touched};
 use delta_cal_host::text::{count, list};
@@ -51,49 +51,43 @@ pub(crate) struct Recognised {
     fault: Option<Fault>,
 }
 
+/// Kind, words and fault of a file.
+type Found = (Kind, String, Option<InputError>);
+
 /// What a file is, for itself or with the robot that tables are read with; `None` of a table without a robot.
 pub(crate) fn one(files: &Folder, request: &Request, which: &Which) -> Recognised {
     let name = &*which.name;
-    if let Some(found) = settings(files, name) {
-        return found;
-    }
-    of_table(files, name, request.machine(files).ok().as_ref())
-}
-
-fn recognised(name: &str, kind: Kind, what: impl Into<String>, fault: Option<Fault>) -> Recognised {
+    let (kind, what, fault) = settings(files, name)
+        .unwrap_or_else(|| of_table(files, name, request.machine(files).ok().as_ref()));
     Recognised {
         name: name.to_owned(),
         kind,
-        what: what.into(),
-        fault,
+        what,
+        fault: fault.map(Fault::from),
     }
 }
 
 /// A robot file or a configuration; `None` if it is neither.
-fn settings(files: &Folder, name: &str) -> Option<Recognised> {
+fn settings(files: &Folder, name: &str) -> Option<Found> {
     let text = match files.table(name) {
         Ok(text) => text,
-        Err(error) => {
-            let found = recognised(name, Kind::Unusable, "Not a text file", Some(error.into()));
-            return Some(found);
-        }
+        Err(error) => return Some((Kind::Unusable, "Not a text file".to_owned(), Some(error))),
     };
     if is_robot_file(&text) {
-        let found = files.robot(name);
-        return Some(match found {
-            Ok(robot) => recognised(name, Kind::Robot, of_robot(&robot), None),
-            Err(error) => recognised(name, Kind::Robot, "Robot file", Some(error.into())),
+        return Some(match files.robot(name) {
+            Ok(robot) => (Kind::Robot, of_robot(&robot), None),
+            Err(error) => (Kind::Robot, "Robot file".to_owned(), Some(error)),
         });
     }
     let firmware = match Firmware::of(&text) {
         Ok(firmware) => firmware,
         Err(error) if text.text().contains("M665") => {
-            let what = "Printer: M665 of RepRapFirmware or Marlin?";
-            return Some(recognised(name, Kind::Printer, what, Some(error.into())));
+            let what = "Printer: M665 of RepRapFirmware or Marlin?".to_owned();
+            return Some((Kind::Printer, what, Some(error)));
         }
         Err(_) if is_part(&text) => {
-            let what = "Part of a Klipper configuration";
-            return Some(recognised(name, Kind::Included, what, None));
+            let what = "Part of a Klipper configuration".to_owned();
+            return Some((Kind::Included, what, None));
         }
         Err(_) => return None,
     };
@@ -102,7 +96,7 @@ fn settings(files: &Folder, name: &str) -> Option<Recognised> {
     let found = files
         .settings(name)
         .and_then(|text| firmware.import(&text, &Stated::default(), &includes));
-    Some(match found {
+    let (what, fault) = match found {
         Ok(imported) => {
             let drive = match imported.robot.robot.drive() {
                 Drive::Linear => "towers",
@@ -116,14 +110,11 @@ fn settings(files: &Folder, name: &str) -> Option<Recognised> {
                     count(distances, "distance")
                 ),
             };
-            let what = format!("Printer with {title}, {drive}: {saved}");
-            recognised(name, Kind::Printer, what, None)
+            (format!("Printer with {title}, {drive}: {saved}"), None)
         }
-        Err(error) => {
-            let what = format!("{title} configuration");
-            recognised(name, Kind::Printer, what, Some(error.into()))
-        }
-    })
+        Err(error) => (format!("{title} configuration"), Some(error)),
+    };
+    Some((Kind::Printer, what, fault))
 }
 
 /// Whether a text looks like what `[include]` of Klipper names.
@@ -133,73 +124,54 @@ fn is_part(text: &InputText) -> bool {
 }
 
 fn of_robot(robot: &RobotFile) -> String {
-    let (kind, lengths) = match robot.robot.drive() {
-        Drive::Rotary => ("Robot with rotary arms", "upper arms"),
-        Drive::Linear => ("Robot with towers", "rods"),
+    let (kind, lengths, length): (_, _, fn(&Arm<f64>) -> f64) = match robot.robot.drive() {
+        Drive::Rotary => (
+            "Robot with rotary arms",
+            "upper arms",
+            Arm::upper_arm_length,
+        ),
+        Drive::Linear => ("Robot with towers", "rods", Arm::lb),
     };
-    let mean = |of: fn(&delta_cal::robot::Arm<f64>) -> f64| {
-        robot.robot.arms().iter().map(of).sum::<f64>() / 3.0
+    let mean = robot.robot.arms().iter().map(length).sum::<f64>() / 3.0;
+    let stated = match (robot.tolerance.is_some(), robot.noise.is_some()) {
+        (true, true) => "tolerance and noise",
+        (true, false) => "tolerance",
+        (false, true) => "noise",
+        (false, false) => "no tolerance, no noise",
     };
-    let length = match robot.robot.drive() {
-        Drive::Rotary => mean(delta_cal::robot::Arm::upper_arm_length),
-        Drive::Linear => mean(delta_cal::robot::Arm::lb),
-    };
-    let stated = [
-        ("tolerance", robot.tolerance.is_some()),
-        ("noise", robot.noise.is_some()),
-    ];
-    let stated: Vec<_> = stated
-        .iter()
-        .filter(|(_, own)| *own)
-        .map(|(own, _)| (*own).to_owned())
-        .collect();
-    let stated = if stated.is_empty() {
-        "no tolerance, no noise".to_owned()
-    } else {
-        list(&stated)
-    };
-    format!("{kind}, {lengths} {length:.1} mm; states {stated}")
+    format!("{kind}, {lengths} {mean:.1} mm; states {stated}")
 }
 
 /// A table or an answer of a console, with the robot that it is read with.
-fn of_table(files: &Folder, name: &str, machine: Option<&Machine>) -> Recognised {
+fn of_table(files: &Folder, name: &str, machine: Option<&Machine>) -> Found {
     let text = match files.table(name) {
         Ok(text) => text,
-        Err(error) => {
-            return recognised(name, Kind::Unusable, "Not a table", Some(error.into()));
-        }
+        Err(error) => return (Kind::Unusable, "Not a table".to_owned(), Some(error)),
     };
     let robot = match machine {
         None => {
             let rows = text.text().lines().count().saturating_sub(1);
-            let what = format!(
-                "Table of about {}; add the robot to read it",
-                count(rows, "row")
-            );
-            return recognised(name, Kind::Table, what, None);
+            let rows = count(rows, "row");
+            let what = format!("Table of about {rows}; add the robot to read it");
+            return (Kind::Table, what, None);
         }
         Some(Machine::Printer(printer)) => match of_console(&text, printer) {
             Ok(None) => &printer.robot,
-            Ok(Some(what)) => return recognised(name, Kind::Samples, what, None),
+            Ok(Some(what)) => return (Kind::Samples, what, None),
             Err(error) => {
-                return recognised(
-                    name,
-                    Kind::Samples,
-                    "Answer of a console",
-                    Some(error.into()),
-                );
+                return (Kind::Samples, "Answer of a console".to_owned(), Some(error));
             }
         },
         Some(Machine::Robot(robot)) => robot,
     };
     let fault = match Readings::read(&text, robot) {
-        Ok(readings) => return recognised(name, Kind::Samples, of_readings(&readings), None),
+        Ok(readings) => return (Kind::Samples, of_readings(&readings), None),
         Err(error) => error,
     };
     match Planned::read(&text, robot) {
         Ok(plan) if plan.is_unmeasured() && !plan.unmeasured.is_empty() => {
             let rows = count(plan.unmeasured.len(), "row");
-            return recognised(name, Kind::Plan, format!("Plan: {rows} to measure"), None);
+            return (Kind::Plan, format!("Plan: {rows} to measure"), None);
         }
         _ => {}
     }
@@ -207,21 +179,19 @@ fn of_table(files: &Folder, name: &str, machine: Option<&Machine>) -> Recognised
     let positions = read_positions(&text, &robot.convention);
     match (joints, positions) {
         (Ok(rows), Err(_)) if !has(&text, 'x') => {
-            let what = format!(
-                "Joints of {}; add what was measured",
-                count(rows.len(), "pose")
-            );
-            recognised(name, Kind::Joints, what, None)
+            let poses = count(rows.len(), "pose");
+            let what = format!("Joints of {poses}; add what was measured");
+            (Kind::Joints, what, None)
         }
         (Err(_), Ok(rows)) => {
-            let what = format!("{} without joints; add them", count(rows.len(), "position"));
-            recognised(name, Kind::Positions, what, None)
+            let rows = count(rows.len(), "position");
+            let what = format!("{rows} without joints; add them");
+            (Kind::Positions, what, None)
         }
-        _ => recognised(
-            name,
+        _ => (
             Kind::Samples,
-            "Not readable as samples",
-            Some(fault.into()),
+            "Not readable as samples".to_owned(),
+            Some(fault),
         ),
     }
 }

@@ -475,14 +475,19 @@ for (const [folder, name, count] of [["../../examples/printer", "printer.cfg", "
   });
 }
 
-journey("a printer's answer of its console calibrates with its configuration, and is no fault", async (page) => {
-  const files = [testCase("console-answers/m503.txt"), testCase("console-answers/lower.txt")];
-  const written = command(files, "calibrate", "m503.txt", "lower.txt", "--output", "calibrated.toml", "--paste", "paste.g");
-  await give(page, ...files);
-  await result(page);
-  assert.equal(await page.locator("[data-name='lower.txt']").getAttribute("class"), "file");
-  for (const [name, file] of [["calibrated.toml", "calibrated.toml"], ["paste.cfg", "paste.g"]]) same(await downloaded(page, `Download ${name}`), written.file(file), name);
-});
+for (const [what, folder, ...names] of [
+  ["a printer's answer of its console", "console-answers", "m503.txt", "lower.txt"],
+  ["a height map of RepRapFirmware", "rrf-heightmap", "config.g", "heightmap.csv"],
+]) {
+  journey(`${what} calibrates with its configuration, and is no fault`, async (page) => {
+    const files = names.map((name) => testCase(`${folder}/${name}`));
+    const written = command(files, "calibrate", ...names, "--output", "calibrated.toml", "--paste", "paste.g");
+    await give(page, ...files);
+    await result(page);
+    assert.equal(await page.locator(`[data-name='${names[1]}']`).getAttribute("class"), "file");
+    for (const [name, file] of [["calibrated.toml", "calibrated.toml"], ["paste.cfg", "paste.g"]]) same(await downloaded(page, `Download ${name}`), written.file(file), name);
+  });
+}
 
 journey("heights are typed or pasted into a table", async (page) => {
   const rows = text(testCase("console-answers/xyh.csv")).trim().split("\n").slice(1).map((row) => row.split(","));
@@ -566,6 +571,9 @@ journey("an export for the printer itself has the bed of its lines", async (page
   await page.locator("#lines").waitFor();
   const settings = (lines) => lines.split("\n").filter((line) => /^[a-z_]+:/.test(line) && !line.startsWith("kinematics"));
   assert.deepEqual(settings(await page.locator("#lines").innerText()), settings(paste));
+  // Whole in print.
+  await page.emulateMedia({ media: "print" });
+  assert.equal(await page.locator("#lines").evaluate((own) => own.scrollHeight > own.clientHeight || own.scrollWidth > own.clientWidth), false);
 });
 
 journey("the warning of a crash stands above the button, and inside what is copied", async (page) => {

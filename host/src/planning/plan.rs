@@ -12,6 +12,7 @@ use crate::calibration::report::{ExpectedReport, expected_report};
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::solution::RobotCovariance;
 use crate::geometry::below;
+use crate::halt::Steps;
 use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Robot, Sample};
@@ -248,7 +249,9 @@ impl Bench<'_> {
         let weights = self.judge.weights(self.request.absolute);
         let kinds = &self.request.kinds;
         let search = Search::new(setup, kinds, &self.selection, &[], weights, rng)?;
-        let found = search.best(count, rng)?;
+        let unseen = Steps::default();
+        let steps = self.request.steps.unwrap_or(&unseen);
+        let found = search.best(count, rng, steps)?;
         Ok((search, found))
     }
 

@@ -4,8 +4,9 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind as ReadingKind;
 use crate::fit::Frame;
 use crate::geometry::Region;
+use crate::halt::Steps;
 use crate::text::list;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
 
@@ -15,7 +16,7 @@ pub const LEAST: usize = 4;
 pub const MOST: usize = 500;
 
 /// A request for measurements.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct PlanRequest<'a> {
     /// The robot as it is known, with its instruments, their noise and its tolerance.
     pub robot: &'a RobotFile,
@@ -33,6 +34,8 @@ pub struct PlanRequest<'a> {
     pub order: Order,
     /// The same seed gives the same plan.
     pub seed: u64,
+    /// Where the planner counts its exchanges.
+    pub steps: Option<&'a Steps>,
 }
 
 impl<'a> PlanRequest<'a> {
@@ -47,12 +50,13 @@ impl<'a> PlanRequest<'a> {
             absolute: false,
             order: Order::Random,
             seed: 1,
+            steps: None,
         }
     }
 }
 
 /// The order of the measurements within each set-up: a gauge block, or a sensor at a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Order {

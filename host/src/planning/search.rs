@@ -13,6 +13,7 @@ use crate::cores;
 use crate::files::samples_file::{Reading, ReadingFrom};
 use crate::fit::solution::RobotCovariance;
 use crate::geometry::below;
+use crate::halt::Steps;
 use crate::order;
 use delta_cal::{Parameter, Sample};
 use nalgebra::{DMatrix, Vector3};
@@ -89,10 +90,15 @@ impl<'a> Search<'a> {
     }
 
     /// The best set of `count` measurements found.
-    pub(super) fn best(&self, count: usize, rng: &mut Pcg32) -> Result<Vec<Planned>, PlanError> {
+    pub(super) fn best(
+        &self,
+        count: usize,
+        rng: &mut Pcg32,
+        steps: &Steps,
+    ) -> Result<Vec<Planned>, PlanError> {
         match self.readings() {
-            1 => self.best_of::<1>(count, rng),
-            _ => self.best_of::<3>(count, rng),
+            1 => self.best_of::<1>(count, rng, steps),
+            _ => self.best_of::<3>(count, rng, steps),
         }
     }
 
@@ -113,6 +119,7 @@ impl<'a> Search<'a> {
         &self,
         count: usize,
         rng: &mut Pcg32,
+        steps: &Steps,
     ) -> Result<Vec<Planned>, PlanError> {
         let drawn = self.of_all(CANDIDATES.max(2 * count), rng)?;
         let pool = self.pool::<R>(&drawn)?;
@@ -124,9 +131,11 @@ impl<'a> Search<'a> {
                 (chosen, Pcg32::seed_from_u64(rng.next_u64()))
             })
             .collect();
+        steps.expect(starts.len() * (1 + SPREADS.len()));
         let found = cores::map(starts, |(chosen, mut rng)| {
             let set = pool.exchange(pool.set(chosen)?);
-            self.nearer::<R>(members(&drawn, &set), &mut rng)
+            steps.step();
+            self.nearer::<R>(members(&drawn, &set), &mut rng, steps)
         });
         let best = found
             .into_iter()
@@ -140,6 +149,7 @@ impl<'a> Search<'a> {
         &self,
         mut chosen: Vec<Planned>,
         rng: &mut Pcg32,
+        steps: &Steps,
     ) -> Option<(Vec<Planned>, f64)> {
         let count = chosen.len();
         let each = NEAR.div_ceil(count.max(1)).max(2);
@@ -154,6 +164,7 @@ impl<'a> Search<'a> {
             let set = pool.exchange(pool.set((0..count).collect())?);
             value = set.value;
             chosen = members(&near, &set);
+            steps.step();
         }
         Some((chosen, value))
     }

@@ -7,7 +7,8 @@ use delta_cal::{
     Settings, SymmetricRobot, Tolerance,
 };
 use delta_cal_tests::{
-    Spread, generator, measurements, paper_robot, parameter_differences, perturbed, size, to_single,
+    Spread, generator, in_unit, measurements, paper_robot, parameter_differences, perturbed, size,
+    to_single,
 };
 use nalgebra::Vector3;
 
@@ -231,14 +232,8 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
     let expected = paper_robot::<f64>().forward(&[0.3, 0.4, 0.5]).unwrap();
     for exponent in -15..=15 {
         let unit = 10f64.powi(exponent);
-        let arms = paper_robot::<f64>().arms().map(|arm| {
-            let mut p = arm.parameters();
-            for index in [0, 1, 2, 5, 6, 7] {
-                p[index] *= unit;
-            }
-            Arm::new(p).unwrap().cast::<f32>().unwrap()
-        });
-        let x = Robot::new(arms).unwrap().forward(&[0.3, 0.4, 0.5]).unwrap();
+        let robot = in_unit(&paper_robot(), unit).cast::<f32>().unwrap();
+        let x = robot.forward(&[0.3, 0.4, 0.5]).unwrap();
         let error = (x.cast::<f64>() / unit - expected).norm();
         // A few ε of 500 mm, in any unit.
         assert!(error < 1e-3, "1e{exponent}: {error} mm");

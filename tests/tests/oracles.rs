@@ -1,6 +1,6 @@
 //! Calibrations from positions against an independent optimum: SciPy's.
 
-use crate::joint::joint;
+use crate::accuracy::joint;
 use delta_cal::{IkmCalibrator, Robot};
 use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use delta_cal_tests::paper_robot;

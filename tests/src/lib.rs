@@ -6,7 +6,6 @@
 pub mod closures;
 pub mod geometries;
 pub mod goldens;
-pub mod observed;
 
 pub use delta_cal_target_tests::nominal as paper_robot;
 

@@ -1,7 +1,7 @@
 //! Noisy measurements of robots made to a tolerance, whatever is measured and however it is calibrated: the error of the
 //! positions is at the Cramér–Rao bound, and as large as the covariance says.
 
-use delta_cal::calibration::{JointCalibrator, JointOutcome};
+use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint, JointCalibrator, JointOutcome};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationProblem,
@@ -10,10 +10,10 @@ use delta_cal::observations::{
 use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal::{
-    IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, Sample, Settings, Tolerance,
+    ArmIndex, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings, Tolerance,
 };
+use delta_cal_tests::generator;
 use delta_cal_tests::geometries::{bound, difference, geometries_of, judged};
-use delta_cal_tests::{generator, to_single};
 use nalgebra::{DMatrix, SMatrix, Vector3};
 use rand_pcg::Pcg32;
 
@@ -22,6 +22,7 @@ use rand_pcg::Pcg32;
 enum Kind {
     /// Positions, each arm by itself.
     Arms,
+    ArmsSingle,
     /// All arms together.
     Joint,
     JointSingle,
@@ -65,8 +66,12 @@ impl Kind {
         matches!(self, Self::Joint | Self::JointSingle)
     }
 
+    const fn is_of_arms(self) -> bool {
+        matches!(self, Self::Arms | Self::ArmsSingle)
+    }
+
     const fn is_in_base_frame(self) -> bool {
-        self.has_bound() || matches!(self, Self::Arms | Self::Positions)
+        self.has_bound() || self.is_of_arms() || matches!(self, Self::Positions)
     }
 }
 
@@ -156,10 +161,13 @@ fn measured(
 }
 
 /// The samples of complete positions.
-fn samples(rows: &[Observation<f64>]) -> Vec<Sample<f64>> {
+fn samples<T: Real>(rows: &[Observation<f64>]) -> Vec<Sample<T>> {
     let sample = |row: &Observation<f64>| Sample {
-        joints: row.joints,
-        position: row.position.map(|own| own.unwrap_or_default()).into(),
+        joints: row.joints.map(T::from_f64),
+        position: row
+            .position
+            .map(|own| T::from_f64(own.unwrap_or_default()))
+            .into(),
     };
     rows.iter().map(sample).collect()
 }
@@ -181,14 +189,60 @@ struct Found {
     iterations: u16,
 }
 
-impl<T: Real> From<JointOutcome<T>> for Found {
-    fn from(outcome: JointOutcome<T>) -> Self {
-        Self {
-            robot: outcome.robot.cast().unwrap(),
-            covariance: outcome.estimate.covariance.unwrap().map(T::to_f64),
-            iterations: outcome.estimate.iterations,
-        }
+/// Everything that is stated, in either precision.
+fn settings<T: Real>(noise: &Noise<f64>, tolerance: Option<Tolerance<f64>>) -> Settings<T> {
+    let number = T::from_f64;
+    let by_axis = noise.position_by_axis().map(number);
+    let tolerance = tolerance.map(|own| {
+        let [length, angle, zero, scale] = [
+            Parameter::Lb,
+            Parameter::Theta,
+            Parameter::Zero,
+            Parameter::Scale,
+        ]
+        .map(|parameter| number(own.of(parameter)));
+        let all = Tolerance::new(length, angle).and_then(|it| {
+            it.with_linear(zero, scale)?
+                .with_radius(number(own.radius()))
+        });
+        let zero = own.joint_zero();
+        zero.map_or(all, |own| all?.with_joint_zero(number(own)))
+            .unwrap()
+    });
+    Settings::new()
+        .with_noise(Noise::by_axis(by_axis, number(noise.joint())).unwrap())
+        .with_tolerance(tolerance)
+}
+
+fn of_positions<T: Real, E: Estimator>(
+    nominal: &Robot<f64>,
+    rows: &[Observation<f64>],
+    settings: &Settings<T>,
+    covariance: fn(&E::Outcome<T>) -> SMatrix<f64, 24, 24>,
+) -> Result<Found, Refusal> {
+    let mut calibrator = Calibrator::<T, E>::new(&nominal.cast().unwrap(), settings);
+    calibrator.add_many(&samples(rows)).unwrap();
+    let outcome = calibrator.calibrate()?;
+    let iterations = ArmIndex::ALL.map(|arm| E::arm(&outcome, arm).iterations);
+    Ok(Found {
+        robot: E::robot(&outcome).cast().unwrap(),
+        covariance: covariance(&outcome),
+        iterations: iterations.into_iter().max().unwrap(),
+    })
+}
+
+fn of_arms<T: Real>(outcome: &RobotOutcome<T>) -> SMatrix<f64, 24, 24> {
+    let mut covariance = SMatrix::<f64, 24, 24>::zeros();
+    for (index, arm) in outcome.arms.iter().enumerate() {
+        let own = arm.covariance.unwrap().map(T::to_f64);
+        let mut place = covariance.fixed_view_mut::<8, 8>(8 * index, 8 * index);
+        place.copy_from(&own);
     }
+    covariance
+}
+
+fn of_robot<T: Real>(outcome: &JointOutcome<T>) -> SMatrix<f64, 24, 24> {
+    outcome.estimate.covariance.unwrap().map(T::to_f64)
 }
 
 fn calibrated(
@@ -198,43 +252,12 @@ fn calibrated(
     noise: &Noise<f64>,
     tolerance: Option<Tolerance<f64>>,
 ) -> Result<Found, Refusal> {
-    let settings = Settings::new().with_tolerance(tolerance);
+    let (double, single) = (settings(noise, tolerance), settings(noise, tolerance));
     match kind {
-        Kind::Arms => {
-            let mut calibrator = IkmCalibrator::new(nominal, &settings.with_noise(*noise));
-            calibrator.add_many(&samples(rows)).unwrap();
-            let outcome = calibrator.calibrate()?;
-            let mut covariance = SMatrix::<f64, 24, 24>::zeros();
-            for (index, arm) in outcome.arms.iter().enumerate() {
-                let mut own = covariance.fixed_view_mut::<8, 8>(8 * index, 8 * index);
-                own.copy_from(&arm.covariance.unwrap());
-            }
-            let iterations = outcome.arms.iter().map(|arm| arm.iterations).max();
-            Ok(Found {
-                robot: outcome.robot,
-                covariance,
-                iterations: iterations.unwrap(),
-            })
-        }
-        Kind::Joint => {
-            joint(nominal, &samples(rows), &settings.with_noise(*noise)).map(Found::from)
-        }
-        Kind::JointSingle => {
-            let single = f32::from_f64;
-            let by_axis = noise.position_by_axis().map(single);
-            let tolerance = tolerance.map(|own| {
-                let [length, angle] =
-                    [Parameter::Lb, Parameter::Theta].map(|it| single(own.of(it)));
-                let plain = Tolerance::new(length, angle).unwrap();
-                let zero = own.joint_zero();
-                zero.map_or(plain, |own| plain.with_joint_zero(single(own)).unwrap())
-            });
-            let settings = Settings::new()
-                .with_noise(Noise::by_axis(by_axis, single(noise.joint())).unwrap())
-                .with_tolerance(tolerance);
-            let nominal = nominal.cast().unwrap();
-            joint::<f32>(&nominal, &to_single(&samples(rows)), &settings).map(Found::from)
-        }
+        Kind::Arms => of_positions::<f64, Ikm>(nominal, rows, &double, of_arms),
+        Kind::ArmsSingle => of_positions::<f32, Ikm>(nominal, rows, &single, of_arms),
+        Kind::Joint => of_positions::<f64, Joint>(nominal, rows, &double, of_robot),
+        Kind::JointSingle => of_positions::<f32, Joint>(nominal, rows, &single, of_robot),
         _ => {
             let point = Point {
                 known: None,
@@ -249,8 +272,12 @@ fn calibrated(
             };
             let mut rows: Vec<_> = rows.iter().copied().map(ObservationRow::new).collect();
             let problem = ObservationProblem::<f64, 40>::prepare(nominal, &instruments, &mut rows);
-            let outcome = problem.unwrap().solve(&settings)?;
-            Ok(outcome.of_robot().into())
+            let outcome = problem.unwrap().solve(&double)?.of_robot();
+            Ok(Found {
+                covariance: of_robot(&outcome),
+                iterations: outcome.estimate.iterations,
+                robot: outcome.robot,
+            })
         }
     }
 }
@@ -306,7 +333,13 @@ impl Campaign {
                 all.refused += 1;
                 continue;
             };
-            let jacobian = judged(&truth, limits, !self.kind.is_in_base_frame(), &mut rng);
+            // What two arms have in common is not known of arms by themselves, and so not σ of a position: the parameters count.
+            let jacobian = if self.kind.is_of_arms() {
+                let sigma = found.covariance.diagonal().map(f64::sqrt);
+                DMatrix::from_fn(24, 24, |i, j| f64::from(u8::from(i == j)) / sigma[i])
+            } else {
+                judged(&truth, limits, !self.kind.is_in_base_frame(), &mut rng)
+            };
             let square = |a: &_, b: &_| (&jacobian * difference(a, b)).norm_squared();
             let expected = |covariance: &SMatrix<f64, 24, 24>| {
                 let covariance = DMatrix::from_column_slice(24, 24, covariance.as_slice());
@@ -320,11 +353,12 @@ impl Campaign {
                 bound(&truth, &samples(&rows), &self.noise, prior.as_ref()).unwrap()
             };
             let limit = self.kind.has_bound().then(bound);
-            let apart = match self.kind {
-                Kind::JointSingle => calibrated(Kind::Joint)
-                    .map_or(1.0, |double| square(&found.robot, &double.robot)),
-                _ => 0.0,
+            let double = match self.kind {
+                Kind::ArmsSingle => calibrated(Kind::Arms).ok(),
+                Kind::JointSingle => calibrated(Kind::Joint).ok(),
+                _ => None,
             };
+            let apart = double.map_or(0.0, |double| square(&found.robot, &double.robot));
             all.squares.push([
                 error / limit.map_or(reported, |own| expected(&own)),
                 error / reported,
@@ -346,7 +380,7 @@ impl Campaign {
             let ((over_bound, chance), (reported, _)) =
                 (found.root(OVER_BOUND), found.root(OVER_REPORTED));
             assert!(
-                over_bound < most + 3.0 * chance,
+                over_bound < most + 4.0 * chance,
                 "{what}: {over_bound} of the bound"
             );
             // What decides it are some two combinations of a robot's parameters: four σ of a mean over the robots.
@@ -379,10 +413,7 @@ impl Campaign {
         println!("{row}");
         assert!(over_bound < most, "{row}");
         // No unbiased estimate is below the bound, but by chance of the robots.
-        assert!(
-            over_bound == 0.0 || over_bound > 1.0 - 4.0 * chance,
-            "{row}"
-        );
+        assert!(over_bound > 1.0 - 4.0 * chance, "{row}");
         assert!(
             f64::from(all.refused) <= refused * all.squares.len() as f64,
             "{row}"
@@ -495,14 +526,20 @@ fn each_arm_by_itself_is_as_good_as_reported() {
 /// error larger by half a percent, a fiftieth by nothing.
 #[test]
 fn single_precision_agrees_with_double() {
-    for (seed, (poses, is_stated)) in (0..).zip([(20, true), (60, false)]) {
-        let usual = usual(Kind::JointSingle);
+    for (seed, (kind, poses, is_stated)) in (0..).zip([
+        (Kind::JointSingle, 20, true),
+        (Kind::JointSingle, 60, false),
+        (Kind::ArmsSingle, 20, true),
+        (Kind::ArmsSingle, 10, false),
+        (Kind::ArmsSingle, 40, false),
+    ]) {
+        let usual = usual(kind);
         let campaign = Campaign {
             poses,
             stated: usual.stated.filter(|_| is_stated),
             ..usual
         };
-        let found = campaign.check(1450 + seed, 1.05, 0.0);
+        let found = campaign.check(1450 + seed, 1.1, 0.0);
         let worst = found.squares.iter().map(|own| own[FROM_DOUBLE].sqrt());
         let (worst, rms) = (worst.fold(0.0, f64::max), found.root(FROM_DOUBLE).0);
         println!("from double precision: rms {rms:.4} σ, at most {worst:.3} σ");

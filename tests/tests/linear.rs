@@ -190,7 +190,7 @@ fn the_empty_place_stays_empty() {
     let (_, nominal, limits) = geometries_of(Drive::Linear).swap_remove(0);
     let mut rng = generator(9140, 0);
     let noise = Noise::new(0.02, 0.0).unwrap();
-    let truth = made(&nominal, &mut rng);
+    let truth = made_robot(&nominal, &tolerance(), &mut rng).unwrap();
     let samples = measurements_within(&truth, &limits, 30, Some(&noise), &mut rng);
     for tolerance in [None, Some(tolerance())] {
         let settings = Settings::default()

@@ -9,7 +9,7 @@ use delta_cal::observations::{
 use delta_cal::robot::TransmissionTolerance;
 use delta_cal::samples::SampleError;
 use delta_cal::{ArmIndex, Noise, Real, Refusal, Robot, SymmetricRobot, Tolerance};
-use delta_cal_tests::goldens::{number, numbers};
+use delta_cal_tests::goldens::{Bits, numbers, robot};
 use delta_cal_tests::paper_robot;
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -25,83 +25,63 @@ struct File {
 #[derive(Deserialize)]
 struct Case {
     name: String,
-    nominal: Vec<String>,
-    tolerance: Option<[String; 2]>,
-    noise: Vec<String>,
+    nominal: Vec<Bits>,
+    tolerance: Option<[Bits; 2]>,
+    noise: [Bits; 6],
     frame: String,
-    planes: Vec<Option<[String; 2]>>,
+    planes: Vec<Option<[Bits; 2]>>,
     points: Vec<GoldenPoint>,
     rows: Vec<Row>,
-    parameters: Vec<String>,
-    sigmas: Vec<String>,
-    cost: String,
-    transmission: Option<String>,
-    unknowns: Vec<String>,
-    numbers: Vec<String>,
+    parameters: Vec<Bits>,
+    sigmas: Vec<Bits>,
+    cost: Bits,
+    transmission: Option<Bits>,
+    unknowns: Vec<Bits>,
+    numbers: Vec<Bits>,
 }
 
 #[derive(Deserialize)]
 struct GoldenPoint {
-    known: Option<[String; 4]>,
+    known: Option<[Bits; 4]>,
     offset: bool,
 }
 
 #[derive(Deserialize)]
 struct Row {
-    joints: Vec<String>,
-    position: Option<[Option<String>; 3]>,
-    height: Option<(u8, String)>,
+    joints: [Bits; 3],
+    position: Option<[Option<Bits>; 3]>,
+    height: Option<(u8, Bits)>,
     distance: Option<GoldenDistance>,
 }
 
 #[derive(Deserialize)]
 struct GoldenDistance {
     point: Option<u8>,
-    to: Option<Vec<String>>,
-    value: String,
-}
-
-fn real<T: Real>(bits: &str) -> T {
-    T::from_f64(number(bits))
-}
-
-fn triple<T: Real>(bits: &[String]) -> [T; 3] {
-    let values = numbers(bits);
-    std::array::from_fn(|index| T::from_f64(values[index]))
-}
-
-fn robot<T: Real>(bits: &[String]) -> Robot<T> {
-    let values = numbers(bits);
-    Robot::from_parameters(std::array::from_fn(|arm| {
-        std::array::from_fn(|own| T::from_f64(values[8 * arm + own]))
-    }))
-    .unwrap()
+    to: Option<[Bits; 3]>,
+    value: Bits,
 }
 
 impl Row {
     fn observation<T: Real>(&self) -> Observation<T> {
-        let coordinate = |bits: &Option<String>| bits.as_deref().map(real);
-        let none = [const { None }; 3];
+        let distance = self.distance.as_ref().map(|own| Distance {
+            from: match (own.point, own.to) {
+                (Some(point), _) => DistanceFrom::Point(point),
+                (_, Some(joints)) => DistanceFrom::Pose(joints.map(Bits::real)),
+                _ => panic!("a distance from nowhere"),
+            },
+            distance: own.value.real(),
+        });
         Observation {
-            joints: triple(&self.joints),
+            joints: self.joints.map(Bits::real),
             position: self
                 .position
-                .as_ref()
-                .unwrap_or(&none)
-                .each_ref()
-                .map(coordinate),
-            height: self.height.as_ref().map(|(plane, height)| Height {
-                plane: *plane,
-                height: real(height),
+                .unwrap_or_default()
+                .map(|own| own.map(Bits::real)),
+            height: self.height.map(|(plane, height)| Height {
+                plane,
+                height: height.real(),
             }),
-            distance: self.distance.as_ref().map(|distance| Distance {
-                from: match (&distance.point, &distance.to) {
-                    (Some(point), _) => DistanceFrom::Point(*point),
-                    (_, Some(joints)) => DistanceFrom::Pose(triple(joints)),
-                    _ => panic!("a distance from nowhere"),
-                },
-                distance: real(&distance.value),
-            }),
+            distance,
         }
     }
 }
@@ -117,53 +97,40 @@ struct Found {
 
 fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
     let planes = case.planes.iter().map(|known| Plane {
-        known: known.as_ref().map(|[c, sigma]| (real(c), real(sigma))),
+        known: known.map(|[c, sigma]| (c.real(), sigma.real())),
         level: None,
     });
     let planes: Vec<Plane<T>> = planes.collect();
     let points = case.points.iter().map(|point| Point {
-        known: point
-            .known
-            .as_ref()
-            .map(|[x, y, z, sigma]| (Vector3::new(real(x), real(y), real(z)), real(sigma))),
+        known: point.known.map(|known| {
+            let [x, y, z, sigma] = known.map(Bits::real);
+            (Vector3::new(x, y, z), sigma)
+        }),
         offset: point.offset,
     });
     let points: Vec<Point<T>> = points.collect();
-    let noise: Vec<T> = case.noise.iter().map(|sigma| real(sigma)).collect();
+    let [x, y, z, height, distance, joint] = case.noise.map(Bits::real);
     let instruments = Instruments {
         sensor_frame: case.frame != "base",
         planes: &planes,
         points: &points,
-        noise: ObservationNoise::new(
-            Noise::by_axis([noise[0], noise[1], noise[2]], noise[5]).unwrap(),
-            noise[3],
-            noise[4],
-        )
-        .unwrap(),
+        noise: ObservationNoise::new(Noise::by_axis([x, y, z], joint).unwrap(), height, distance)
+            .unwrap(),
         transmission: case
             .transmission
-            .as_ref()
-            .map(|sigma| TransmissionTolerance::new(real(sigma)).unwrap()),
+            .map(|sigma| TransmissionTolerance::new(sigma.real()).unwrap()),
     };
     let tolerance = case
         .tolerance
-        .as_ref()
-        .map(|[length, angle]| Tolerance::new(real::<T>(length), real(angle)).unwrap());
+        .map(|[length, angle]| Tolerance::new(length.real(), angle.real()).unwrap());
     let settings = Settings::new().with_tolerance(tolerance);
-    let rows = case
-        .rows
-        .iter()
-        .map(|row| ObservationRow::new(row.observation()));
-    let mut rows: Vec<_> = rows.collect();
-    let nominal = robot(&case.nominal);
+    let rows = case.rows.iter().map(Row::observation);
+    let mut rows: Vec<_> = rows.map(ObservationRow::new).collect();
+    let nominal = robot(&case.nominal).cast().unwrap();
     let problem =
         ObservationProblem::<T, GOLDEN>::prepare(&nominal, &instruments, &mut rows).unwrap();
     let outcome = problem.solve(&settings)?;
-    let parameters = outcome
-        .robot
-        .arms()
-        .iter()
-        .flat_map(delta_cal::robot::Arm::parameters);
+    let parameters = outcome.robot.parameters();
     let covariance = outcome.of_robot().estimate.covariance.unwrap();
     let sigma = |index: usize| covariance[(index, index)].to_f64().sqrt();
     let residuals = (0..case.rows.len()).map(|row| {
@@ -186,7 +153,11 @@ fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
     let numbers = outcome.robot.transmissions().into_iter();
     let numbers = numbers.flat_map(|own| own.numbers());
     Ok(Found {
-        parameters: parameters.map(Real::to_f64).collect(),
+        parameters: parameters
+            .as_flattened()
+            .iter()
+            .map(|own| own.to_f64())
+            .collect(),
         sigmas: (0..24).map(sigma).collect(),
         cost: residuals.sum(),
         unknowns,
@@ -215,43 +186,33 @@ fn cases() -> Vec<Case> {
 
 /// The cost without what the tolerance and the known places add.
 fn cost_of_readings(case: &Case) -> f64 {
-    let (parameters, nominal) = (numbers(&case.parameters), numbers(&case.nominal));
-    let mut cost = number(&case.cost);
-    if let Some([length, angle]) = &case.tolerance {
-        for (index, (own, from)) in parameters.iter().zip(&nominal).enumerate() {
-            let tolerance = if matches!(index % 8, 3 | 4) {
-                angle
-            } else {
-                length
-            };
-            cost -= ((own - from) / number(tolerance)).powi(2);
+    let mut cost = case.cost.0;
+    let mut added = |off: f64, sigma: Bits| cost -= (off / sigma.0).powi(2);
+    if let Some([length, angle]) = case.tolerance {
+        for (index, (own, from)) in case.parameters.iter().zip(&case.nominal).enumerate() {
+            let is_angle = matches!(index % 8, 3 | 4);
+            added(own.0 - from.0, if is_angle { angle } else { length });
         }
     }
-    for own in numbers(&case.numbers) {
-        let sigma = case
-            .transmission
-            .as_ref()
-            .map_or(1.0, |sigma| number(sigma));
-        cost -= (own / sigma).powi(2);
+    for own in &case.numbers {
+        added(own.0, case.transmission.unwrap_or(Bits(1.0)));
     }
-    let mut unknowns = numbers(&case.unknowns).into_iter();
-    let mut known = |values: &[String], sigma: &str, count: usize| {
-        let own: Vec<_> = unknowns.by_ref().take(count).collect();
-        for (value, own) in values.iter().zip(own) {
-            cost -= ((own - number(value)) / number(sigma)).powi(2);
-        }
-    };
+    let mut unknowns = case.unknowns.iter();
     for plane in &case.planes {
-        match plane {
-            Some([c, sigma]) => known(std::slice::from_ref(c), sigma, 3),
-            None => known(&[], "0", 3),
+        let own: Vec<_> = unknowns.by_ref().take(3).collect();
+        if let Some([c, sigma]) = plane {
+            added(own[0].0 - c.0, *sigma);
         }
     }
     for point in &case.points {
-        let count = 3 + usize::from(point.offset);
-        match &point.known {
-            Some([place @ .., sigma]) => known(place, sigma, count),
-            None => known(&[], "0", count),
+        let own: Vec<_> = unknowns
+            .by_ref()
+            .take(3 + usize::from(point.offset))
+            .collect();
+        if let Some([place @ .., sigma]) = &point.known {
+            for (own, place) in own.iter().zip(place) {
+                added(own.0 - place.0, *sigma);
+            }
         }
     }
     cost

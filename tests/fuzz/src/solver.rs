@@ -15,15 +15,7 @@ const JOINT_PIECES: u32 = 16;
 /// Steps of a start or round besides its iterations: it is settled, its covariance cleared, computed and compared.
 const JUDGED: u32 = 4;
 
-/// The first byte selects `f32` or `f64`.
-pub fn solver(data: &[u8]) {
-    let mut source = Source::new(data);
-    if source.byte() & 1 == 0 {
-        calibration::<f32>(&mut source);
-    } else {
-        calibration::<f64>(&mut source);
-    }
-}
+in_either_precision!(solver, calibration);
 
 fn calibration<T: Bits>(source: &mut Source<'_>) {
     let Ok(robot) = source.robot::<T>() else {

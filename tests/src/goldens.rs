@@ -33,10 +33,8 @@ pub fn numbers(bits: &[Bits]) -> Vec<f64> {
 /// The robot of 24 parameters.
 pub fn robot(parameters: &[Bits]) -> Robot<f64> {
     let numbers = numbers(parameters);
-    let [first, second, third] = numbers.as_chunks().0 else {
-        panic!("{} parameters", numbers.len())
-    };
-    Robot::from_parameters([*first, *second, *third]).expect("the golden robot is valid")
+    let arms = numbers.as_chunks().0.try_into().expect("24 parameters");
+    Robot::from_parameters(arms).expect("the golden robot is valid")
 }
 
 /// Measurements and assumptions of a case, written by both generators.

@@ -19,23 +19,26 @@ const SYMMETRIC: [(&str, [f64; 4]); 6] = [
     ("tiny 60/25/80/180", [60.0, 25.0, 80.0, 180.0]),
 ];
 
+/// A symmetric robot: base radius, platform radius, upper arm and forearm.
+///
+/// # Panics
+/// They are no robot's.
+pub fn symmetric([base_radius, platform_radius, upper_arm, forearm]: [f64; 4]) -> Robot<f64> {
+    let robot = SymmetricRobot {
+        base_radius,
+        platform_radius,
+        upper_arm,
+        forearm,
+    };
+    robot.robot().expect("the robot is valid")
+}
+
 /// Eight named robots: small, large, tall, with a platform larger than the base, with short forearms, with three
 /// different arms, and with tilted motor axes. Lengths in mm.
 pub fn geometries() -> Vec<(&'static str, Robot<f64>)> {
-    let mut robots: Vec<_> = SYMMETRIC
-        .iter()
-        .map(
-            |(name, [base_radius, platform_radius, upper_arm, forearm])| {
-                let robot = SymmetricRobot {
-                    base_radius: *base_radius,
-                    platform_radius: *platform_radius,
-                    upper_arm: *upper_arm,
-                    forearm: *forearm,
-                };
-                (*name, robot.robot().expect("the robot is valid"))
-            },
-        )
-        .collect();
+    let mut robots = SYMMETRIC
+        .map(|(name, lengths)| (name, symmetric(lengths)))
+        .to_vec();
     let changed = |lengths: [[f64; 4]; 3]| {
         let (_, paper) = &robots[0];
         let mut arms = *paper.arms();

@@ -4,8 +4,9 @@
 use delta_cal::robot::Arm;
 use delta_cal::{
     ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample,
-    Settings, SymmetricRobot, Tolerance,
+    Settings, Tolerance,
 };
+use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::{
     Spread, generator, in_unit, measurements, paper_robot, parameter_differences, perturbed, size,
     to_single,
@@ -187,13 +188,7 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
 /// 600². The residual's column of the factor is zero then, which says nothing about the parameters.
 fn a_sample_without_a_residual_calibrates<T: Real>() {
     let number = T::from_f64;
-    let robot = SymmetricRobot {
-        base_radius: number(130.0),
-        platform_radius: number(30.0),
-        upper_arm: number(260.0),
-        forearm: number(600.0),
-    };
-    let robot = robot.robot().unwrap();
+    let robot = symmetric([130.0, 30.0, 260.0, 600.0]).cast().unwrap();
     let settings = Settings::default()
         .with_noise(Noise::new(number(0.02), number(0.001)).unwrap())
         .with_tolerance(Tolerance::new(number(0.3), number(0.002)).unwrap());

@@ -4,6 +4,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::{KinematicsError, SingularityDistance};
 use delta_cal::robot::{Arm, GeometryError};
 use delta_cal::{ArmIndex, Parameter, Robot, SymmetricRobot};
+use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, uniform};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
@@ -318,17 +319,6 @@ fn too_few_points_and_bad_numbers_are_refused() {
     }
 }
 
-fn symmetric(radius: f64, upper_arm: f64, forearm: f64) -> Robot<f64> {
-    SymmetricRobot {
-        base_radius: radius,
-        platform_radius: 0.0,
-        upper_arm,
-        forearm,
-    }
-    .robot()
-    .unwrap()
-}
-
 fn with_forearms(robot: &Robot<f64>, forearms: [f64; 3]) -> Robot<f64> {
     let mut parameters = robot.parameters();
     for (arm, forearm) in parameters.iter_mut().zip(forearms) {
@@ -379,13 +369,13 @@ fn a_pose_is_clear_of_singularities_above_both_limits() {
 #[test]
 fn elbows_may_lie_close_together() {
     for distance in [1e-2, 1e-3, 1e-4] {
-        let robot = symmetric(distance, 260.0, 480.0);
+        let robot = symmetric([distance, 0.0, 260.0, 480.0]);
         // Upper arms straight down: the elbows are as far from each other as the motors.
         let x = robot.forward(&[std::f64::consts::FRAC_PI_2; 3]).unwrap();
         assert!((x.z + 740.0).abs() < 1e-3 && x.xy().norm() < 1e-3, "{x}");
     }
     // And far apart.
-    let large = symmetric(1e7, 1e7, 2.5e7);
+    let large = symmetric([1e7, 0.0, 1e7, 2.5e7]);
     let x = large.forward(&[0.0; 3]).unwrap();
     assert!((x.z + 1.5e7).abs() < 1e-6);
 }
@@ -399,7 +389,7 @@ fn the_platform_may_come_close_to_the_elbows_plane() {
             let height = height * root * forearm;
             // Elbows at q = 0 on a circle of this radius; h is a small part of Lb.
             let radius = forearm - height * height / (2.0 * forearm);
-            let robot = symmetric(radius - 200.0, 200.0, forearm);
+            let robot = symmetric([radius - 200.0, 0.0, 200.0, forearm]);
             let found = robot.forward(&[0.0; 3]);
             if refused {
                 assert!(
@@ -417,7 +407,7 @@ fn the_platform_may_come_close_to_the_elbows_plane() {
 #[test]
 fn the_shortest_forearm_is_named_by_a_small_difference() {
     for shift in [[0.0; 3], [900.0, -700.0, 400.0], [-800.0, 900.0, 0.0]] {
-        let robot = symmetric(400.0, 260.0, 480.0);
+        let robot = symmetric([400.0, 0.0, 260.0, 480.0]);
         let parameters = robot.parameters().map(|[x, y, z, rest @ ..]| {
             let [a, b, c, d, e] = rest;
             [x + shift[0], y + shift[1], z + shift[2], a, b, c, d, e]
@@ -471,7 +461,7 @@ fn a_joint_that_does_not_move_the_platform_has_no_jacobian() {
 fn a_platform_close_to_the_elbows_plane_has_no_jacobian() {
     let limit = f64::EPSILON.sqrt() / (1.5 * 3f64.sqrt());
     for forearm in [300.0, 480.0, 505.0, 700.0] {
-        let robot = symmetric(forearm - 200.0, 200.0, forearm);
+        let robot = symmetric([forearm - 200.0, 0.0, 200.0, forearm]);
         let at = |height: f64| {
             robot.platform_jacobian(&Vector3::new(0.0, 0.0, -height * forearm), &[0.0; 3])
         };

@@ -9,12 +9,11 @@ use delta_cal::observations::{
 use delta_cal::robot::{Arm, Drive, GeometryError};
 use delta_cal::samples::SampleError;
 use delta_cal::simulate::{made_robot, random_pose};
-use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, SymmetricRobot, Tolerance,
-};
+use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::geometries::{all_geometries, geometries_of, linear_geometries};
 use delta_cal_tests::{
-    Spread, generator, in_unit, largest_difference, measurements_within, perturbed, to_single,
+    Spread, generator, in_unit, largest_difference, measurements_within, paper_robot, perturbed,
+    to_single,
 };
 use nalgebra::{Matrix3, Vector3};
 use rand_pcg::Pcg32;
@@ -103,13 +102,7 @@ fn what_is_no_tower_is_no_arm() {
         arm([140.0, 0.0, 0.0, 0.9, 0.9, 1.0, 330.0]).err(),
         Some(GeometryError::LeanTooLarge)
     );
-    let rotary = SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 480.0,
-    };
-    let [turning, ..] = *rotary.robot().unwrap().arms();
+    let [turning, ..] = *paper_robot().arms();
     let tower = arm(good).unwrap();
     assert_eq!(
         Robot::new([tower, tower, turning]).err(),

@@ -8,7 +8,8 @@ use delta_cal::observations::{
 };
 use delta_cal::robot::TransmissionTolerance;
 use delta_cal::samples::SampleError;
-use delta_cal::{ArmIndex, Noise, Real, Refusal, Robot, SymmetricRobot, Tolerance};
+use delta_cal::{ArmIndex, Noise, Real, Refusal, Robot, Tolerance};
+use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::goldens::{Bits, numbers, robot};
 use delta_cal_tests::paper_robot;
 use nalgebra::Vector3;
@@ -362,13 +363,7 @@ fn unusable_observations_are_refused_with_their_fault() {
 /// or all but one of them. What is read at joint angles that the nominal robot does not reach does not count.
 #[test]
 fn the_instrument_with_too_few_readings_is_named() {
-    let robot = SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 420.0,
-    };
-    let robot = robot.robot().unwrap();
+    let robot = symmetric([194.0, 30.0, 260.0, 420.0]);
     let unknown = Plane::default();
     let known = Plane {
         known: Some((-560.0, 0.1)),
@@ -433,16 +428,8 @@ fn the_instrument_with_too_few_readings_is_named() {
 /// in single precision when it is squared twice.
 #[test]
 fn what_the_robot_does_not_reach_is_refused_and_takes_no_room() {
-    let rotary = SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 420.0,
-    };
-    let (rotary, linear) = (
-        rotary.robot().unwrap(),
-        Robot::linear(140.0, 330.0, None).unwrap(),
-    );
+    let rotary = symmetric([194.0, 30.0, 260.0, 420.0]);
+    let linear = Robot::linear(140.0, 330.0, None).unwrap();
     let (level, far) = ([0.0; 3], [[0.0, 0.0, 700.0], [1e18, 0.0, 0.0]]);
     for (robot, centre, reach, unreached) in [
         (&rotary, 0.6, 0.3, [level, [0.05, 0.0, 0.1]]),

@@ -7,9 +7,9 @@ use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{Forgetting, Selection, StreamCalibrator, Verdict};
 use delta_cal::{
     Busy, IkmCalibrator, JointCalibrator, Noise, Progress, Real, Refusal, Robot, Sample, Settings,
-    SymmetricRobot, Tolerance,
+    Tolerance,
 };
-use delta_cal_tests::geometries::geometries;
+use delta_cal_tests::geometries::{geometries, symmetric};
 use delta_cal_tests::{Spread, generator, measurements, perturbed};
 
 type Arms = StreamCalibrator<f64, Ikm>;
@@ -285,13 +285,7 @@ fn an_alarm_is_in_the_snapshot() {
 
 /// The paper's robot with other forearms.
 fn with_forearms(forearm: f64) -> Robot<f64> {
-    let robot = SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm,
-    };
-    robot.robot().unwrap()
+    symmetric([194.0, 30.0, 260.0, forearm])
 }
 
 /// An exact measurement, at other joint angles for every index.

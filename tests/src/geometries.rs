@@ -2,10 +2,11 @@
 
 use crate::closures::inverse_of;
 use crate::paper_limits;
+use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, Drive, ParameterKind};
 use delta_cal::simulate::random_pose;
 use delta_cal::{Noise, Parameter, Robot, Sample, SymmetricRobot, Tolerance};
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector2, Vector3};
 use rand_core::Rng;
 
 /// Base radius, platform radius, upper arm and forearm, mm.
@@ -18,23 +19,26 @@ const SYMMETRIC: [(&str, [f64; 4]); 6] = [
     ("tiny 60/25/80/180", [60.0, 25.0, 80.0, 180.0]),
 ];
 
+/// A symmetric robot: base radius, platform radius, upper arm and forearm.
+///
+/// # Panics
+/// They are no robot's.
+pub fn symmetric([base_radius, platform_radius, upper_arm, forearm]: [f64; 4]) -> Robot<f64> {
+    let robot = SymmetricRobot {
+        base_radius,
+        platform_radius,
+        upper_arm,
+        forearm,
+    };
+    robot.robot().expect("the robot is valid")
+}
+
 /// Eight named robots: small, large, tall, with a platform larger than the base, with short forearms, with three
 /// different arms, and with tilted motor axes. Lengths in mm.
 pub fn geometries() -> Vec<(&'static str, Robot<f64>)> {
-    let mut robots: Vec<_> = SYMMETRIC
-        .iter()
-        .map(
-            |(name, [base_radius, platform_radius, upper_arm, forearm])| {
-                let robot = SymmetricRobot {
-                    base_radius: *base_radius,
-                    platform_radius: *platform_radius,
-                    upper_arm: *upper_arm,
-                    forearm: *forearm,
-                };
-                (*name, robot.robot().expect("the robot is valid"))
-            },
-        )
-        .collect();
+    let mut robots = SYMMETRIC
+        .map(|(name, lengths)| (name, symmetric(lengths)))
+        .to_vec();
     let changed = |lengths: [[f64; 4]; 3]| {
         let (_, paper) = &robots[0];
         let mut arms = *paper.arms();
@@ -104,13 +108,23 @@ pub fn bound(
 }
 
 /// The covariance of the parameters of robots made to a tolerance, 1 for parameters that the arms do not have: the
-/// common radius moves every tower along its azimuth.
+/// common radius moves every tower along its azimuth, and a joint zero turns the upper arm.
 pub fn made_to(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SMatrix<f64, 24, 24> {
     let places = robot.drive().places();
     let mut covariance = SMatrix::<f64, 24, 24>::identity();
     for index in 0..24 {
         if let Some(parameter) = places[index % 8] {
             covariance[(index, index)] = tolerance.of(parameter).powi(2);
+        }
+    }
+    if let Some(zero) = tolerance.joint_zero() {
+        for (index, arm) in robot.arms().iter().enumerate() {
+            let [.., x, y, _] = arm.parameters();
+            let (along, across) = (Vector2::new(x, y).normalize(), Vector2::new(-y, x) * zero);
+            let length = tolerance.of(Parameter::LaX) * along;
+            let own = length * length.transpose() + across * across.transpose();
+            let mut place = covariance.fixed_view_mut::<2, 2>(8 * index + 5, 8 * index + 5);
+            place.copy_from(&own);
         }
     }
     if robot.drive() == Drive::Linear {
@@ -171,19 +185,49 @@ pub fn linear_geometries() -> Vec<(&'static str, Robot<f64>, [f64; 2])> {
     ]
 }
 
+/// Those with this drive, and the limits of their joints, radians or mm.
+///
+/// # Panics
+/// Never: the limits are some.
+pub fn geometries_of(drive: Drive) -> Vec<(&'static str, Robot<f64>, JointLimits<f64>)> {
+    let rotary = geometries().into_iter();
+    let linear = linear_geometries().into_iter();
+    match drive {
+        Drive::Rotary => rotary
+            .map(|(name, robot)| (name, robot, paper_limits()))
+            .collect(),
+        Drive::Linear => linear
+            .map(|(name, robot, [low, high])| {
+                let limits = JointLimits::travel(low, high).expect("the limits are valid");
+                (name, robot, limits)
+            })
+            .collect(),
+    }
+}
+
+/// Those with either drive.
+pub fn all_geometries() -> Vec<(&'static str, Robot<f64>, JointLimits<f64>)> {
+    [Drive::Rotary, Drive::Linear].map(geometries_of).concat()
+}
+
 /// Number of poses over which a robot's accuracy is evaluated.
-const JUDGED: usize = 60;
+const JUDGED: usize = 30;
 
 /// Sensitivity of positions to the parameters; if `relative`, without what a common rigid motion explains.
 ///
 /// # Panics
 /// The robot has no poses.
-pub fn judged(robot: &Robot<f64>, relative: bool, rng: &mut impl Rng) -> DMatrix<f64> {
+pub fn judged(
+    robot: &Robot<f64>,
+    limits: &JointLimits<f64>,
+    relative: bool,
+    rng: &mut impl Rng,
+) -> DMatrix<f64> {
     let mut jacobian = DMatrix::zeros(3 * JUDGED, 24);
     let mut motions = DMatrix::zeros(3 * JUDGED, 6);
     let mut row = 0;
     while row < 3 * JUDGED {
-        let pose = random_pose(robot, &paper_limits(), rng).expect("a pose");
+        let pose = random_pose(robot, limits, rng).expect("a pose");
         let Some(own) = position_jacobian(robot, &pose.joints) else {
             continue;
         };
@@ -204,12 +248,7 @@ pub fn judged(robot: &Robot<f64>, relative: bool, rng: &mut impl Rng) -> DMatrix
 
 /// The difference of all parameters.
 pub fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
-    let (a, b) = (robot.parameters(), truth.parameters());
-    DVector::from_iterator(
-        24,
-        a.iter()
-            .flatten()
-            .zip(b.iter().flatten())
-            .map(|(a, b)| a - b),
-    )
+    let [a, b] =
+        [robot, truth].map(|own| DVector::from_column_slice(own.parameters().as_flattened()));
+    a - b
 }

@@ -1,61 +1,81 @@
 //! Golden values in the generators' format: bit patterns in hexadecimal.
 
-use delta_cal::{Noise, Sample, Settings, Tolerance};
-use nalgebra::Vector3;
+use delta_cal::{Noise, Real, Robot, Sample, Settings, Tolerance};
 use serde::Deserialize;
+use std::num::ParseIntError;
+
+/// A number in that format.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(try_from = "String")]
+pub struct Bits(pub f64);
+
+impl TryFrom<String> for Bits {
+    type Error = ParseIntError;
+
+    fn try_from(hexadecimal: String) -> Result<Self, ParseIntError> {
+        let bits = u64::from_str_radix(&hexadecimal, 16)?;
+        Ok(Self(f64::from_bits(bits)))
+    }
+}
+
+impl Bits {
+    /// In either precision.
+    pub fn real<T: Real>(self) -> T {
+        T::from_f64(self.0)
+    }
+}
+
+/// All numbers.
+pub fn numbers(bits: &[Bits]) -> Vec<f64> {
+    bits.iter().map(|bits| bits.0).collect()
+}
+
+/// The robot of 24 parameters.
+pub fn robot(parameters: &[Bits]) -> Robot<f64> {
+    let numbers = numbers(parameters);
+    let arms = numbers.as_chunks().0.try_into().expect("24 parameters");
+    Robot::from_parameters(arms).expect("the golden robot is valid")
+}
 
 /// Measurements and assumptions of a case, written by both generators.
 #[derive(Debug, Deserialize)]
 pub struct GoldenInput {
-    joints: Vec<String>,
-    positions: Vec<String>,
-    noise: Option<[String; 2]>,
+    joints: Vec<Bits>,
+    positions: Vec<Bits>,
+    noise: Option<[Bits; 2]>,
     /// σx, σy, σz and σq.
     #[serde(default)]
-    noise_by_axis: Option<[String; 4]>,
-    tolerance: Option<[String; 2]>,
-}
-
-/// Parses one number.
-pub fn number(bits: &str) -> f64 {
-    f64::from_bits(u64::from_str_radix(bits, 16).expect("sixteen hexadecimal digits"))
-}
-
-/// Parses several numbers.
-pub fn numbers(bits: &[String]) -> Vec<f64> {
-    bits.iter().map(|bits| number(bits)).collect()
+    noise_by_axis: Option<[Bits; 4]>,
+    tolerance: Option<[Bits; 2]>,
 }
 
 impl GoldenInput {
     /// The samples, in radians and mm.
     pub fn samples(&self) -> Vec<Sample<f64>> {
-        let (joints, positions) = (numbers(&self.joints), numbers(&self.positions));
-        let (joints, _) = joints.as_chunks::<3>();
-        let (positions, _) = positions.as_chunks::<3>();
-        joints
-            .iter()
-            .zip(positions)
-            .map(|(joints, position)| Sample {
-                joints: *joints,
-                position: Vector3::from(*position),
-            })
-            .collect()
+        let joints = self.joints.as_chunks().0.iter();
+        let positions = self.positions.as_chunks::<3>().0.iter();
+        let pairs = joints.zip(positions);
+        let sample = |(joints, position): (&[Bits; 3], &[Bits; 3])| Sample {
+            joints: joints.map(|own| own.0),
+            position: position.map(|own| own.0).into(),
+        };
+        pairs.map(sample).collect()
     }
 
     /// The stated noise and tolerance, and defaults otherwise.
     pub fn settings(&self) -> Settings<f64> {
-        let pair = |[first, second]: &[String; 2]| (number(first), number(second));
-        let alike = self.noise.as_ref().map(pair).map(|(position, joint)| {
-            Noise::new(position, joint).expect("the golden noise is valid")
+        let alike = self
+            .noise
+            .map(|[position, joint]| Noise::new(position.0, joint.0));
+        let by_axis = self.noise_by_axis.map(|sigmas| {
+            let [x, y, z, joint] = sigmas.map(|own| own.0);
+            Noise::by_axis([x, y, z], joint)
         });
-        let by_axis = self.noise_by_axis.as_ref().map(|sigmas| {
-            let [x, y, z, joint] = sigmas.each_ref().map(|sigma| number(sigma));
-            Noise::by_axis([x, y, z], joint).expect("the golden noise is valid")
-        });
+        let tolerance = self
+            .tolerance
+            .map(|[length, angle]| Tolerance::new(length.0, angle.0));
         Settings::default()
-            .with_noise(alike.or(by_axis))
-            .with_tolerance(self.tolerance.as_ref().map(pair).map(|(length, angle)| {
-                Tolerance::new(length, angle).expect("the golden tolerance is valid")
-            }))
+            .with_noise(alike.or(by_axis).map(|own| own.expect("a noise")))
+            .with_tolerance(tolerance.map(|own| own.expect("a tolerance")))
     }
 }

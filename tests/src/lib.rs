@@ -6,14 +6,13 @@
 pub mod closures;
 pub mod geometries;
 pub mod goldens;
-pub mod observed;
 
 pub use delta_cal_target_tests::nominal as paper_robot;
 
 use delta_cal::kinematics::JointLimits;
-use delta_cal::robot::Arm;
+use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
-use delta_cal::{Noise, Real, Robot, Sample};
+use delta_cal::{Noise, Parameter, Real, Robot, Sample};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -56,7 +55,8 @@ pub enum Spread {
     Normal,
 }
 
-/// The nominal robot with random errors of `length` in every length and `angle` radians in every angle.
+/// The nominal robot with random errors of `length` in every length and `angle` radians in every angle, and of `angle` in
+/// every ratio.
 pub fn perturbed(
     nominal: &Robot<f64>,
     length: f64,
@@ -64,23 +64,38 @@ pub fn perturbed(
     spread: Spread,
     rng: &mut Pcg32,
 ) -> Robot<f64> {
-    let arms = nominal.arms().map(|arm| {
-        let mut parameters = arm.parameters();
-        for (index, value) in parameters.iter_mut().enumerate() {
-            let bound = if index == 3 || index == 4 {
-                angle
-            } else {
-                length
+    let mut parameters = nominal.parameters();
+    for (place, value) in places(nominal).zip(parameters.as_flattened_mut()) {
+        let bound = match place.map(Parameter::kind) {
+            Some(ParameterKind::Length) => length,
+            Some(_) => angle,
+            None => continue,
+        };
+        *value += bound
+            * match spread {
+                Spread::Uniform => uniform(rng),
+                Spread::Normal => standard_normal::<f64, _>(rng),
             };
-            *value += bound
-                * match spread {
-                    Spread::Uniform => uniform(rng),
-                    Spread::Normal => standard_normal::<f64, _>(rng),
-                };
+    }
+    let robot = nominal.with_parameters(parameters);
+    robot.expect("a slightly different robot is valid")
+}
+
+/// The robot in another unit of length.
+pub fn in_unit(robot: &Robot<f64>, unit: f64) -> Robot<f64> {
+    let mut parameters = robot.parameters();
+    for (place, value) in places(robot).zip(parameters.as_flattened_mut()) {
+        if place.map(Parameter::kind) == Some(ParameterKind::Length) {
+            *value *= unit;
         }
-        Arm::new(parameters).expect("a slightly different arm is valid")
-    });
-    Robot::new(arms).expect("a slightly different robot is valid")
+    }
+    let scaled = robot.with_parameters(parameters);
+    scaled.expect("the robot is valid in any unit")
+}
+
+/// What stands at each of the 24 places.
+fn places(robot: &Robot<f64>) -> impl Iterator<Item = Option<Parameter>> {
+    robot.drive().places().into_iter().cycle().take(24)
 }
 
 /// Measurements of `truth` at `count` random poses.
@@ -90,37 +105,51 @@ pub fn measurements(
     noise: Option<&Noise<f64>>,
     rng: &mut Pcg32,
 ) -> Vec<Sample<f64>> {
-    let limits = paper_limits();
+    measurements_within(truth, &paper_limits(), count, noise, rng)
+}
+
+/// The same with other limits of the joints.
+pub fn measurements_within(
+    truth: &Robot<f64>,
+    limits: &JointLimits<f64>,
+    count: usize,
+    noise: Option<&Noise<f64>>,
+    rng: &mut Pcg32,
+) -> Vec<Sample<f64>> {
     (0..count)
         .map(|_| {
-            let pose = random_pose(truth, &limits, rng).expect("the robot has a workspace");
+            let pose = random_pose(truth, limits, rng).expect("the robot has a workspace");
             simulate_sample(truth, &pose.joints, noise, rng).expect("the pose is reachable")
         })
         .collect()
 }
 
-/// The largest parameter difference, with angles times the upper arm's length.
+/// The largest parameter difference, with angles times the upper arm's length or, without one, the forearm's.
 pub fn largest_difference(a: &Robot<f64>, b: &Robot<f64>) -> f64 {
-    parameter_differences(a, b)
-        .into_iter()
-        .map(f64::abs)
-        .fold(0.0, f64::max)
+    let all = parameter_differences(a, b).into_iter();
+    all.map(f64::abs).fold(0.0, f64::max)
 }
 
-/// All 24 differences a − b, with angles times the upper arm's length.
+/// All 24 differences a − b, with angles and ratios times that length.
 pub fn parameter_differences(a: &Robot<f64>, b: &Robot<f64>) -> Vec<f64> {
-    let mut differences = Vec::with_capacity(24);
-    for (a, b) in a.arms().iter().zip(b.arms()) {
-        for index in 0..8 {
-            let unit = if index == 3 || index == 4 {
-                b.upper_arm_length()
-            } else {
-                1.0
-            };
-            differences.push((a.parameters()[index] - b.parameters()[index]) * unit);
-        }
-    }
-    differences
+    let units = b.arms().iter().flat_map(|arm| {
+        let turned = match arm.drive() {
+            Drive::Rotary => arm.upper_arm_length(),
+            Drive::Linear => arm.lb(),
+        };
+        let unit = move |place| match place {
+            Some(ParameterKind::Length) => 1.0,
+            _ => turned,
+        };
+        let places = arm.drive().places();
+        places.map(|place| unit(place.map(Parameter::kind)))
+    });
+    let (a, b) = (a.parameters(), b.parameters());
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs
+        .zip(units)
+        .map(|((a, b), unit)| (a - b) * unit)
+        .collect()
 }
 
 /// The same samples, each number rounded to single precision.

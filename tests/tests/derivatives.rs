@@ -1,10 +1,12 @@
 //! Every hand-written derivative against dual numbers (`num-dual`, on the model written anew) and
 //! against finite differences of the functions themselves; and the rank of the model's readings.
 
-use crate::linear::made;
+use delta_cal::robot::Drive;
 use delta_cal::{Robot, Sample};
-use delta_cal_tests::geometries::{linear_geometries, position_jacobian};
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use delta_cal_tests::geometries::{geometries_of, position_jacobian};
+use delta_cal_tests::{
+    Spread, generator, measurements, measurements_within, paper_robot, perturbed,
+};
 use nalgebra::{DMatrix, Vector3};
 use num_dual::{Dual64, DualNum};
 
@@ -122,11 +124,11 @@ fn constraint_and_its_derivatives_equal_the_dual_number_model() {
 /// Rotary and linear drives.
 #[test]
 fn platform_jacobians_equal_finite_differences_of_forward_kinematics() {
-    let towers = linear_geometries().into_iter().zip(0..);
-    let towers = towers.flat_map(|((_, nominal, travel), index)| {
+    let towers = geometries_of(Drive::Linear).into_iter().zip(0..);
+    let towers = towers.flat_map(|((_, nominal, limits), index)| {
         let mut rng = generator(9101, index);
-        let robot = made(&nominal, 3.0, Spread::Normal, &mut rng);
-        let samples = crate::linear::measurements(&robot, travel, 20, None, &mut rng);
+        let robot = perturbed(&nominal, 5.0, 5e-3, Spread::Normal, &mut rng);
+        let samples = measurements_within(&robot, &limits, 20, None, &mut rng);
         samples
             .into_iter()
             .map(move |sample| (robot.clone(), sample))

@@ -4,10 +4,12 @@
 use delta_cal::robot::Arm;
 use delta_cal::{
     ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample,
-    Settings, SymmetricRobot, Tolerance,
+    Settings, Tolerance,
 };
+use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::{
-    Spread, generator, measurements, paper_robot, parameter_differences, perturbed, size, to_single,
+    Spread, generator, in_unit, measurements, paper_robot, parameter_differences, perturbed, size,
+    to_single,
 };
 use nalgebra::Vector3;
 
@@ -99,63 +101,6 @@ fn noise_as_large_as_the_start_error_converges() {
     }
 }
 
-/// Single precision against double precision on the same rounded numbers: never a noticeable part
-/// of a σ from the optimum, where both accept.
-#[test]
-fn single_precision_ends_at_the_optimum() {
-    let (mut worst, mut compared, mut apart) = (0f64, 0, 0);
-    for (count, sigma) in [
-        (8, 0.001),
-        (8, 0.01),
-        (9, 0.01),
-        (10, 0.1),
-        (12, 0.01),
-        (40, 0.05),
-    ] {
-        for seed in 0..150 {
-            let mut rng = generator(32, seed);
-            let truth = perturbed(&paper_robot(), 3.0, 0.01, Spread::Uniform, &mut rng);
-            let noise = Noise::new(sigma, 0.0).unwrap();
-            let rounded = to_single(&measurements(&truth, count, Some(&noise), &mut rng));
-            let same: Vec<Sample<f64>> = rounded
-                .iter()
-                .map(|sample| Sample {
-                    joints: sample.joints.map(f64::from),
-                    position: sample.position.cast(),
-                })
-                .collect();
-            let double = Settings::default().with_noise(noise);
-            let single = Settings::default().with_noise(Noise::new(sigma as f32, 0.0).unwrap());
-            let nominal = paper_robot::<f64>().cast::<f32>().unwrap();
-            let (Ok(single), Ok(double)) = (
-                factor(&nominal, &rounded, &single),
-                factor(&nominal.cast().unwrap(), &same, &double),
-            ) else {
-                continue;
-            };
-            for (single, double) in single.arms.iter().zip(&double.arms) {
-                let distance = Parameter::ROTARY
-                    .map(|p| {
-                        let difference = f64::from(single.arm.get(p)) - double.arm.get(p);
-                        (difference / double.standard_deviation(p).unwrap()).abs()
-                    })
-                    .into_iter()
-                    .fold(0.0, f64::max);
-                compared += 1;
-                // Eight samples may have two solutions that nothing tells apart.
-                if distance > 0.3 {
-                    apart += 1;
-                } else {
-                    worst = worst.max(distance);
-                }
-            }
-        }
-    }
-    println!("{compared} arms: f32 at most {worst:.3} σ from f64; {apart} at another solution");
-    assert!(compared > 2000);
-    assert!(apart * 200 <= compared, "{apart} of {compared}");
-}
-
 /// Without a stated noise, σ from a few spare samples is Student's: it must not promise too much.
 #[test]
 fn sigmas_from_few_spare_samples_do_not_promise_too_much() {
@@ -231,14 +176,8 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
     let expected = paper_robot::<f64>().forward(&[0.3, 0.4, 0.5]).unwrap();
     for exponent in -15..=15 {
         let unit = 10f64.powi(exponent);
-        let arms = paper_robot::<f64>().arms().map(|arm| {
-            let mut p = arm.parameters();
-            for index in [0, 1, 2, 5, 6, 7] {
-                p[index] *= unit;
-            }
-            Arm::new(p).unwrap().cast::<f32>().unwrap()
-        });
-        let x = Robot::new(arms).unwrap().forward(&[0.3, 0.4, 0.5]).unwrap();
+        let robot = in_unit(&paper_robot(), unit).cast::<f32>().unwrap();
+        let x = robot.forward(&[0.3, 0.4, 0.5]).unwrap();
         let error = (x.cast::<f64>() / unit - expected).norm();
         // A few ε of 500 mm, in any unit.
         assert!(error < 1e-3, "1e{exponent}: {error} mm");
@@ -249,13 +188,7 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
 /// 600². The residual's column of the factor is zero then, which says nothing about the parameters.
 fn a_sample_without_a_residual_calibrates<T: Real>() {
     let number = T::from_f64;
-    let robot = SymmetricRobot {
-        base_radius: number(130.0),
-        platform_radius: number(30.0),
-        upper_arm: number(260.0),
-        forearm: number(600.0),
-    };
-    let robot = robot.robot().unwrap();
+    let robot = symmetric([130.0, 30.0, 260.0, 600.0]).cast().unwrap();
     let settings = Settings::default()
         .with_noise(Noise::new(number(0.02), number(0.001)).unwrap())
         .with_tolerance(Tolerance::new(number(0.3), number(0.002)).unwrap());

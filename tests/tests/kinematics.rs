@@ -4,6 +4,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::{KinematicsError, SingularityDistance};
 use delta_cal::robot::{Arm, GeometryError};
 use delta_cal::{ArmIndex, Parameter, Robot, SymmetricRobot};
+use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, uniform};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
@@ -164,58 +165,49 @@ fn round_trips_hold_in_single_precision() {
 }
 
 #[test]
-fn unreachable_points_and_angles_name_the_arm() {
-    let robot = paper_robot::<f64>();
-    // Far out along arm 2's azimuth: the opposite arms fail, the first of them is named.
-    let far = Vector3::new(-600.0, 0.0, -400.0);
-    assert_eq!(
-        robot.inverse(&far),
-        Err(KinematicsError::Unreachable(ArmIndex::First))
-    );
-    let short = {
-        let mut arms = *robot.arms();
-        let mut p = arms[1].parameters();
-        p[7] = 150.0;
-        arms[1] = Arm::new(p).unwrap();
-        Robot::new(arms).unwrap()
-    };
-    assert_eq!(
-        short.forward(&degrees([-30.0; 3])),
-        Err(KinematicsError::Unreachable(ArmIndex::Second))
-    );
-}
-
-#[test]
-fn a_stretched_arm_is_a_serial_singularity() {
-    let robot = paper_robot::<f64>();
+fn a_pose_that_does_not_exist_names_its_cause_and_arm() {
+    use KinematicsError::{NonFinite, Parallel, Serial, Unreachable};
+    let [first, second, third] = ArmIndex::ALL;
+    let paper = paper_robot::<f64>();
+    // A folded arm whose forearm ends on its motor axis reaches that point at every joint angle.
+    let folded = with_forearms(&paper, [260.0, 480.0, 480.0]);
+    let axis = paper.arm(first).d();
     // Arm 1 straight out at 40° below the horizontal: elbow and platform on one line from the axis.
-    let direction = Vector3::new(40f64.to_radians().cos(), 0.0, -(40f64.to_radians().sin()));
-    let x = Vector3::new(164.0, 0.0, 0.0) + direction * 740.0;
-    assert_eq!(
-        robot.inverse(&x),
-        Err(KinematicsError::Serial(ArmIndex::First))
-    );
-    assert_eq!(
-        robot.inverse(&(x + direction)),
-        Err(KinematicsError::Unreachable(ArmIndex::First))
-    );
-}
-
-#[test]
-fn numbers_that_are_not_finite_name_the_arm() {
-    let robot = paper_robot::<f64>();
-    assert_eq!(
-        robot.forward(&[0.0, f64::NAN, 0.0]),
-        Err(KinematicsError::NonFinite(ArmIndex::Second))
-    );
-    assert_eq!(
-        robot.forward(&[0.0, 0.0, f64::INFINITY]),
-        Err(KinematicsError::NonFinite(ArmIndex::Third))
-    );
-    assert_eq!(
-        robot.inverse(&Vector3::new(f64::NAN, 0.0, -400.0)),
-        Err(KinematicsError::NonFinite(ArmIndex::First))
-    );
+    let down = 40_f64.to_radians();
+    let along = Vector3::new(down.cos(), 0.0, -down.sin());
+    let stretched = axis + along * 740.0;
+    for (robot, x, error) in [
+        // Far out along arm 2's azimuth: the opposite arms fail, the first of them is named.
+        (
+            &paper,
+            Vector3::new(-600.0, 0.0, -400.0),
+            Unreachable(first),
+        ),
+        (&paper, stretched, Serial(first)),
+        (&paper, stretched + along, Unreachable(first)),
+        (
+            &paper,
+            Vector3::new(f64::NAN, 0.0, -400.0),
+            NonFinite(first),
+        ),
+        (&folded, axis, Serial(first)),
+    ] {
+        assert_eq!(robot.inverse(&x), Err(error), "{x}");
+    }
+    let short = with_forearms(&paper, [480.0, 150.0, 480.0]);
+    // Elbows in one place or on one line hold nothing.
+    let arm = |x: f64| Arm::new([x, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
+    let same = Robot::new([arm(164.0); 3]).unwrap();
+    let line = Robot::new([arm(0.0), arm(100.0), arm(250.0)]).unwrap();
+    for (robot, joints, error) in [
+        (&short, degrees([-30.0; 3]), Unreachable(second)),
+        (&paper, [0.0, f64::NAN, 0.0], NonFinite(second)),
+        (&paper, [0.0, 0.0, f64::INFINITY], NonFinite(third)),
+        (&same, [0.1; 3], Parallel(first)),
+        (&line, [0.1; 3], Parallel(first)),
+    ] {
+        assert_eq!(robot.forward(&joints), Err(error), "{joints:?}");
+    }
 }
 
 #[test]
@@ -235,22 +227,11 @@ fn invalid_geometry_cannot_be_constructed() {
             );
         }
     }
+    let not_positive = GeometryError::NotPositive;
     for (parameter, value, error) in [
-        (
-            Parameter::Lb,
-            0.0,
-            GeometryError::NotPositive(Parameter::Lb),
-        ),
-        (
-            Parameter::Lb,
-            -1.0,
-            GeometryError::NotPositive(Parameter::Lb),
-        ),
-        (
-            Parameter::LaX,
-            0.0,
-            GeometryError::NotPositive(Parameter::LaX),
-        ),
+        (Parameter::Lb, 0.0, not_positive(Parameter::Lb)),
+        (Parameter::Lb, -1.0, not_positive(Parameter::Lb)),
+        (Parameter::LaX, 0.0, not_positive(Parameter::LaX)),
         (Parameter::Alpha, 1.6, GeometryError::TiltTooLarge),
         (Parameter::Theta, 7.0, GeometryError::AzimuthTooLarge),
         (
@@ -338,36 +319,12 @@ fn too_few_points_and_bad_numbers_are_refused() {
     }
 }
 
-fn symmetric(radius: f64, upper_arm: f64, forearm: f64) -> Robot<f64> {
-    SymmetricRobot {
-        base_radius: radius,
-        platform_radius: 0.0,
-        upper_arm,
-        forearm,
-    }
-    .robot()
-    .unwrap()
-}
-
 fn with_forearms(robot: &Robot<f64>, forearms: [f64; 3]) -> Robot<f64> {
-    let mut arms = *robot.arms();
-    for (arm, forearm) in arms.iter_mut().zip(forearms) {
-        let mut p = arm.parameters();
-        p[7] = forearm;
-        *arm = Arm::new(p).unwrap();
+    let mut parameters = robot.parameters();
+    for (arm, forearm) in parameters.iter_mut().zip(forearms) {
+        arm[7] = forearm;
     }
-    Robot::new(arms).unwrap()
-}
-
-fn shifted(robot: &Robot<f64>, by: [f64; 3]) -> Robot<f64> {
-    Robot::new(robot.arms().map(|arm| {
-        let mut p = arm.parameters();
-        for (value, by) in p.iter_mut().zip(by) {
-            *value += by;
-        }
-        Arm::new(p).unwrap()
-    }))
-    .unwrap()
+    robot.with_parameters(parameters).unwrap()
 }
 
 /// Equal joint angles: elbows on a circle of radius r = R + La cos q, the platform h below their plane,
@@ -412,25 +369,15 @@ fn a_pose_is_clear_of_singularities_above_both_limits() {
 #[test]
 fn elbows_may_lie_close_together() {
     for distance in [1e-2, 1e-3, 1e-4] {
-        let robot = symmetric(distance, 260.0, 480.0);
+        let robot = symmetric([distance, 0.0, 260.0, 480.0]);
         // Upper arms straight down: the elbows are as far from each other as the motors.
         let x = robot.forward(&[std::f64::consts::FRAC_PI_2; 3]).unwrap();
         assert!((x.z + 740.0).abs() < 1e-3 && x.xy().norm() < 1e-3, "{x}");
     }
     // And far apart.
-    let large = symmetric(1e7, 1e7, 2.5e7);
+    let large = symmetric([1e7, 0.0, 1e7, 2.5e7]);
     let x = large.forward(&[0.0; 3]).unwrap();
     assert!((x.z + 1.5e7).abs() < 1e-6);
-}
-
-#[test]
-fn elbows_in_one_place_or_on_one_line_hold_nothing() {
-    let arm = |x: f64| Arm::new([x, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
-    let singular = Err(KinematicsError::Parallel(ArmIndex::First));
-    let same = Robot::new([arm(164.0); 3]).unwrap();
-    assert_eq!(same.forward(&[0.1; 3]), singular);
-    let line = Robot::new([arm(0.0), arm(100.0), arm(250.0)]).unwrap();
-    assert_eq!(line.forward(&[0.1; 3]), singular);
 }
 
 /// The platform within 4√ε forearms of the elbows' plane is refused, and no farther.
@@ -442,7 +389,7 @@ fn the_platform_may_come_close_to_the_elbows_plane() {
             let height = height * root * forearm;
             // Elbows at q = 0 on a circle of this radius; h is a small part of Lb.
             let radius = forearm - height * height / (2.0 * forearm);
-            let robot = symmetric(radius - 200.0, 200.0, forearm);
+            let robot = symmetric([radius - 200.0, 0.0, 200.0, forearm]);
             let found = robot.forward(&[0.0; 3]);
             if refused {
                 assert!(
@@ -460,7 +407,12 @@ fn the_platform_may_come_close_to_the_elbows_plane() {
 #[test]
 fn the_shortest_forearm_is_named_by_a_small_difference() {
     for shift in [[0.0; 3], [900.0, -700.0, 400.0], [-800.0, 900.0, 0.0]] {
-        let robot = shifted(&symmetric(400.0, 260.0, 480.0), shift);
+        let robot = symmetric([400.0, 0.0, 260.0, 480.0]);
+        let parameters = robot.parameters().map(|[x, y, z, rest @ ..]| {
+            let [a, b, c, d, e] = rest;
+            [x + shift[0], y + shift[1], z + shift[2], a, b, c, d, e]
+        });
+        let robot = robot.with_parameters(parameters).unwrap();
         for (short, index) in ArmIndex::ALL.into_iter().enumerate() {
             let mut forearms = [480.0; 3];
             forearms[short] = 475.0;
@@ -470,17 +422,6 @@ fn the_shortest_forearm_is_named_by_a_small_difference() {
             );
         }
     }
-}
-
-/// A folded arm whose forearm ends on its motor axis reaches that point at every joint angle.
-#[test]
-fn an_arm_folded_onto_its_motor_axis_is_a_serial_singularity() {
-    let robot = with_forearms(&paper_robot(), [260.0, 480.0, 480.0]);
-    let axis = robot.arm(ArmIndex::First).d();
-    assert_eq!(
-        robot.inverse(&axis),
-        Err(KinematicsError::Serial(ArmIndex::First))
-    );
 }
 
 /// A robot of which arm 1 at `q` holds its forearm at `angle` from the line of its upper arm, and
@@ -520,7 +461,7 @@ fn a_joint_that_does_not_move_the_platform_has_no_jacobian() {
 fn a_platform_close_to_the_elbows_plane_has_no_jacobian() {
     let limit = f64::EPSILON.sqrt() / (1.5 * 3f64.sqrt());
     for forearm in [300.0, 480.0, 505.0, 700.0] {
-        let robot = symmetric(forearm - 200.0, 200.0, forearm);
+        let robot = symmetric([forearm - 200.0, 0.0, 200.0, forearm]);
         let at = |height: f64| {
             robot.platform_jacobian(&Vector3::new(0.0, 0.0, -height * forearm), &[0.0; 3])
         };

@@ -1,95 +1,31 @@
-//! Robots whose elbows are carriages on towers: kinematics against other formulas, exact data give the robot
-//! back, noisy data are at the Cramér–Rao bound, and what owners of ten printers measured is predicted better
-//! than by a least-squares fit.
+//! Robots whose elbows are carriages on towers: kinematics against other formulas, and exact data give the robot back.
 
-use crate::joint::{PLACES, Ratios, joint, ratios};
+use crate::accuracy::joint;
 use delta_cal::calibration::JointCalibrator;
-use delta_cal::kinematics::{JointLimits, KinematicsError};
+use delta_cal::kinematics::KinematicsError;
 use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane,
 };
-use delta_cal::robot::{Arm, Drive, GeometryError, ParameterKind};
+use delta_cal::robot::{Arm, Drive, GeometryError};
 use delta_cal::samples::SampleError;
-use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_normal};
-use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, SymmetricRobot, Tolerance,
+use delta_cal::simulate::{made_robot, random_pose};
+use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
+use delta_cal_tests::geometries::{all_geometries, geometries_of, linear_geometries};
+use delta_cal_tests::{
+    Spread, generator, in_unit, largest_difference, measurements_within, paper_robot, perturbed,
+    to_single,
 };
-use delta_cal_tests::geometries::{bound, geometries, linear_geometries};
-use delta_cal_tests::{Spread, generator, paper_limits, uniform};
 use nalgebra::{Matrix3, Vector3};
 use rand_pcg::Pcg32;
 
-/// One σ of a length, of an angle, of the carriages' zero and of the scale.
-const LENGTH: f64 = 0.5;
-const ANGLE: f64 = 3e-3;
-const ZERO: f64 = 5.0;
-const SCALE: f64 = 1e-3;
-
 fn tolerance() -> Tolerance<f64> {
-    let own = Tolerance::new(LENGTH, ANGLE).unwrap();
-    own.with_linear(ZERO, SCALE).unwrap()
+    let own = Tolerance::new(0.5, 3e-3).unwrap();
+    own.with_linear(5.0, 1e-3).unwrap()
 }
 
-/// The nominal robot with every parameter off by so many tolerances.
-pub(crate) fn made(
-    nominal: &Robot<f64>,
-    tolerances: f64,
-    spread: Spread,
-    rng: &mut Pcg32,
-) -> Robot<f64> {
-    let [arm, ..] = nominal.arms();
-    let sigmas = tolerance().of_places(arm);
-    let parameters = nominal.parameters().map(|mut arm| {
-        for (value, sigma) in arm.iter_mut().zip(sigmas) {
-            let part = match spread {
-                Spread::Uniform => uniform(rng),
-                Spread::Normal => standard_normal::<f64, _>(rng),
-            };
-            *value += tolerances * sigma * part;
-        }
-        arm
-    });
-    nominal.with_parameters(parameters).unwrap()
-}
-
-/// The same with its towers further out by a length that all have in common.
-fn spread_out(robot: &Robot<f64>, by: f64) -> Robot<f64> {
-    let mut parameters = robot.parameters();
-    for [x, y, ..] in &mut parameters {
-        let radius = x.hypot(*y);
-        (*x, *y) = (*x * (1.0 + by / radius), *y * (1.0 + by / radius));
-    }
-    robot.with_parameters(parameters).unwrap()
-}
-
-pub(crate) fn measurements(
-    truth: &Robot<f64>,
-    [low, high]: [f64; 2],
-    count: usize,
-    noise: Option<&Noise<f64>>,
-    rng: &mut Pcg32,
-) -> Vec<Sample<f64>> {
-    let limits = JointLimits::travel(low, high).unwrap();
-    let sample = |_| {
-        let pose = random_pose(truth, &limits, rng).unwrap();
-        simulate_sample(truth, &pose.joints, noise, rng).unwrap()
-    };
-    (0..count).map(sample).collect()
-}
-
-/// The largest difference of any parameter, angles and scales times the forearm.
-pub(crate) fn largest_difference(a: &Robot<f64>, b: &Robot<f64>) -> f64 {
-    let mut largest = 0.0_f64;
-    for (a, b) in a.arms().iter().zip(b.arms()) {
-        for parameter in a.drive().parameters() {
-            let unit = match parameter.kind() {
-                delta_cal::robot::ParameterKind::Length => 1.0,
-                _ => b.lb(),
-            };
-            largest = largest.max((a.get(*parameter) - b.get(*parameter)).abs() * unit);
-        }
-    }
-    largest
+/// A robot whose lengths are up to some millimetres off.
+fn made(nominal: &Robot<f64>, rng: &mut Pcg32) -> Robot<f64> {
+    perturbed(nominal, 5.0, 5e-3, Spread::Normal, rng)
 }
 
 /// Where a tower's carriage is, from the angles alone.
@@ -117,11 +53,11 @@ fn platform(robot: &Robot<f64>, travels: &[f64; 3]) -> Vector3<f64> {
 
 #[test]
 fn the_platform_is_at_the_forearms_length_from_every_carriage() {
-    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+    for (index, (name, nominal, limits)) in (0..).zip(geometries_of(Drive::Linear)) {
         let mut rng = generator(9100, index);
         for _ in 0..50 {
-            let robot = made(&nominal, 3.0, Spread::Normal, &mut rng);
-            for sample in measurements(&robot, travel, 4, None, &mut rng) {
+            let robot = made(&nominal, &mut rng);
+            for sample in measurements_within(&robot, &limits, 4, None, &mut rng) {
                 let expected = platform(&robot, &sample.joints);
                 // Lengths of some hundred mm: a few thousand ε.
                 let off = (sample.position - expected).norm();
@@ -166,13 +102,7 @@ fn what_is_no_tower_is_no_arm() {
         arm([140.0, 0.0, 0.0, 0.9, 0.9, 1.0, 330.0]).err(),
         Some(GeometryError::LeanTooLarge)
     );
-    let rotary = SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 480.0,
-    };
-    let [turning, ..] = *rotary.robot().unwrap().arms();
+    let [turning, ..] = *paper_robot().arms();
     let tower = arm(good).unwrap();
     assert_eq!(
         Robot::new([tower, tower, turning]).err(),
@@ -183,30 +113,11 @@ fn what_is_no_tower_is_no_arm() {
 /// In metres and in millimetres a robot has the same joint angles, and travels in its own unit.
 #[test]
 fn the_unit_of_length_makes_no_difference() {
-    let linear = linear_geometries().into_iter().map(|(_, robot, _)| robot);
-    let rotary = geometries().into_iter().map(|(_, robot)| robot);
-    for robot in linear.chain(rotary) {
-        let size = robot.arms()[0].lb();
-        let x = match robot.drive() {
-            Drive::Linear => Vector3::new(0.05, -0.1, 0.5) * size,
-            Drive::Rotary => {
-                let mut rng = generator(9110, 0);
-                random_pose(&robot, &paper_limits(), &mut rng)
-                    .unwrap()
-                    .position
-            }
-        };
-        let joints = robot.inverse(&x).unwrap();
+    for (_, robot, limits) in all_geometries() {
+        let pose = random_pose(&robot, &limits, &mut generator(9110, 0)).unwrap();
+        let (x, joints) = (pose.position, pose.joints);
         for scale in [1e-3, 1e3] {
-            let parameters = robot.parameters().map(|mut arm| {
-                for (value, place) in arm.iter_mut().zip(robot.drive().places()) {
-                    if place.is_some_and(|place| place.kind() == ParameterKind::Length) {
-                        *value *= scale;
-                    }
-                }
-                arm
-            });
-            let scaled = robot.with_parameters(parameters).unwrap();
+            let scaled = in_unit(&robot, scale);
             let back = scaled.inverse(&(x * scale)).unwrap();
             for (found, expected) in back.iter().zip(joints) {
                 let unit = if robot.drive() == Drive::Linear {
@@ -248,28 +159,18 @@ fn the_edge_of_a_towers_reach_is_singular_and_beyond_is_unreachable() {
 /// In single precision as good as the rounding of the samples lets it be.
 #[test]
 fn single_precision_gives_the_robot_back_within_its_rounding() {
-    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+    for (index, (name, nominal, limits)) in (0..).zip(geometries_of(Drive::Linear)) {
         let settings = Settings::<f32>::default().with_noise(Noise::new(0.02, 0.0).unwrap());
         for robot in 0..10 {
             let mut rng = generator(9130 + index, robot);
-            let truth = made(&nominal, 1.0, Spread::Uniform, &mut rng);
-            let samples: Vec<Sample<f32>> = measurements(&truth, travel, 30, None, &mut rng)
-                .iter()
-                .map(|sample| {
-                    #[allow(clippy::cast_possible_truncation)] // that is the test
-                    Sample {
-                        joints: sample.joints.map(|s| s as f32),
-                        position: sample.position.map(|x| x as f32),
-                    }
-                })
-                .collect();
+            let truth = made(&nominal, &mut rng);
+            let samples = to_single(&measurements_within(&truth, &limits, 30, None, &mut rng));
             let outcome = joint(&nominal.cast::<f32>().unwrap(), &samples, &settings).unwrap();
             let found = outcome.robot.cast::<f64>().unwrap();
-            for sample in measurements(&truth, travel, 10, None, &mut rng) {
+            for sample in measurements_within(&truth, &limits, 10, None, &mut rng) {
                 let off = (found.forward(&sample.joints).unwrap() - sample.position).norm();
                 // Travels and positions are rounded to f32 before; a few units in the last place.
-                let [_, high] = travel;
-                let limit = 8.0 * f64::from(f32::EPSILON) * high;
+                let limit = 8.0 * f64::from(f32::EPSILON) * limits.maximum();
                 assert!(off < limit, "{name}, robot {robot}: {off}");
             }
         }
@@ -279,11 +180,11 @@ fn single_precision_gives_the_robot_back_within_its_rounding() {
 /// A parameter that a linear drive has not is neither counted nor estimated.
 #[test]
 fn the_empty_place_stays_empty() {
-    let (_, nominal, travel) = linear_geometries().swap_remove(0);
+    let (_, nominal, limits) = geometries_of(Drive::Linear).swap_remove(0);
     let mut rng = generator(9140, 0);
     let noise = Noise::new(0.02, 0.0).unwrap();
-    let truth = made(&nominal, 1.0, Spread::Normal, &mut rng);
-    let samples = measurements(&truth, travel, 30, Some(&noise), &mut rng);
+    let truth = made_robot(&nominal, &tolerance(), &mut rng).unwrap();
+    let samples = measurements_within(&truth, &limits, 30, Some(&noise), &mut rng);
     for tolerance in [None, Some(tolerance())] {
         let settings = Settings::default()
             .with_noise(noise)
@@ -299,116 +200,12 @@ fn the_empty_place_stays_empty() {
     }
 }
 
-/// Robots of every geometry, and how well their positions are found.
-fn campaign(poses: usize, stated: Option<Tolerance<f64>>) -> Ratios {
-    let noise = Noise::new(0.02, 0.005).unwrap();
-    let settings = Settings::default().with_noise(noise).with_tolerance(stated);
-    let mut all = Ratios::default();
-    for (index, (_, nominal, travel)) in (0..).zip(linear_geometries()) {
-        for robot in 0..50 {
-            let mut rng = generator(9200 + index, robot);
-            let mut truth = made(&nominal, 1.0, Spread::Normal, &mut rng);
-            let radius = stated.map_or(0.0, |tolerance| tolerance.radius());
-            if radius > 0.0 {
-                truth = spread_out(&truth, radius * standard_normal::<f64, _>(&mut rng));
-            }
-            let samples = measurements(&truth, travel, poses, Some(&noise), &mut rng);
-            let limit = bound(&truth, &samples, &noise, stated.as_ref()).unwrap();
-            let Ok(outcome) = joint(&nominal, &samples, &settings) else {
-                all.refused += 1;
-                continue;
-            };
-            let reported = outcome.estimate.covariance.unwrap();
-            let places = measurements(&truth, travel, PLACES, None, &mut rng);
-            let found = ratios(&truth, &outcome.robot, [&limit, &reported], &places);
-            all.add(found.unwrap());
-        }
-    }
-    all
-}
-
-/// Of 200 robots a ratio scatters by some 2 %: its square is a mean of some six independent directions each.
-#[test]
-fn positions_are_at_the_bound_and_as_good_as_reported() {
-    let with_radius = tolerance().with_radius(3.0).unwrap();
-    for (poses, stated, most) in [
-        (3, Some(with_radius), 1.10),
-        (8, Some(with_radius), 1.10),
-        (20, Some(with_radius), 1.05),
-        (8, Some(tolerance()), 1.10),
-        (12, Some(tolerance()), 1.10),
-        (20, Some(tolerance()), 1.05),
-        (60, Some(tolerance()), 1.05),
-        (12, None, 1.10),
-        (20, None, 1.05),
-        (60, None, 1.05),
-    ] {
-        let found = campaign(poses, stated);
-        let ([error, reported], robots, refused) = (found.roots(), found.robots, found.refused);
-        let row = format!(
-            "| {poses} | {} | {error:.2} | {reported:.2} | {refused} of {:.0} |",
-            match stated {
-                Some(stated) if stated.radius() > 0.0 => "stated, common radius 3 mm",
-                Some(_) => "stated",
-                None => "not stated",
-            },
-            robots + f64::from(refused),
-        );
-        println!("{row}");
-        assert!(error < most && error > 0.92, "{row}");
-        assert!((0.9..1.1).contains(&reported), "{row}");
-        assert!(f64::from(refused) <= 0.02 * robots, "{row}");
-    }
-}
-
-const N: usize = 27;
-const NOISE: f64 = 0.02;
-/// One σ of the common radius, mm.
-const RADIUS: f64 = 3.0;
-const PLANES: [Plane<f64>; 1] = [Plane {
-    known: None,
-    level: None,
-}];
-
-fn with_radius() -> Tolerance<f64> {
-    tolerance().with_radius(RADIUS).unwrap()
-}
-
-fn instruments() -> Instruments<'static, f64> {
-    Instruments {
-        sensor_frame: false,
-        planes: &PLANES,
-        points: &[],
-        noise: ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), NOISE, 1.0).unwrap(),
-        transmission: None,
-    }
-}
-
-fn touches(
-    truth: &Robot<f64>,
-    [low, high]: [f64; 2],
-    count: usize,
-    noise: f64,
-    rng: &mut Pcg32,
-) -> Vec<ObservationRow<f64>> {
-    let limits = JointLimits::travel(low, high).unwrap();
-    let row = |_| {
-        let pose = random_pose(truth, &limits, rng).unwrap();
-        let mut row = Observation::at(pose.joints);
-        row.height = Some(Height {
-            plane: 0,
-            height: pose.position.z + 30.0 + noise * standard_normal::<f64, _>(rng),
-        });
-        ObservationRow::new(row)
-    };
-    (0..count).map(row).collect()
-}
-
 /// Of robots made to a tolerance each tower's place has its own σ and the common one, which two towers share.
 #[test]
 fn made_robots_have_the_common_radius_beside_each_towers_own_place() {
+    const RADIUS: f64 = 3.0;
     let (_, nominal, _) = &linear_geometries()[0];
-    let tolerance = with_radius();
+    let tolerance = tolerance().with_radius(RADIUS).unwrap();
     let mut rng = generator(9450, 0);
     let (count, mut own, mut shared) = (4000, 0.0, 0.0);
     for _ in 0..count {
@@ -432,19 +229,32 @@ fn made_robots_have_the_common_radius_beside_each_towers_own_place() {
 /// Without errors, and without a tolerance to pull, the robot comes back wherever it is determined.
 #[test]
 fn exact_positions_and_heights_give_the_robot_back() {
-    let instruments = instruments();
-    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+    let instruments = Instruments {
+        sensor_frame: false,
+        planes: &[Plane::default()],
+        points: &[],
+        noise: ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), 0.02, 1.0).unwrap(),
+        transmission: None,
+    };
+    for (index, (name, nominal, limits)) in (0..).zip(geometries_of(Drive::Linear)) {
         for robot in 0..5 {
             let mut rng = generator(9410 + index, robot);
-            let truth = made(&nominal, 3.0, Spread::Uniform, &mut rng);
-            let mut rows = touches(&truth, travel, 45, 0.0, &mut rng);
-            let positions = measurements(&truth, travel, 45, None, &mut rng);
-            rows.extend(positions.iter().map(|sample| {
-                let mut row = Observation::at(sample.joints);
-                row.position = sample.position.data.0[0].map(Some);
-                ObservationRow::new(row)
-            }));
-            let problem = ObservationProblem::<f64, N>::prepare(&nominal, &instruments, &mut rows);
+            let truth = made(&nominal, &mut rng);
+            let samples = measurements_within(&truth, &limits, 90, None, &mut rng);
+            let mut rows: Vec<_> = (0..)
+                .zip(samples)
+                .map(|(number, sample)| {
+                    let mut row = Observation::at(sample.joints);
+                    if number % 2 == 0 {
+                        row.position = sample.position.data.0[0].map(Some);
+                    } else {
+                        let height = sample.position.z + 30.0;
+                        row.height = Some(Height { plane: 0, height });
+                    }
+                    ObservationRow::new(row)
+                })
+                .collect();
+            let problem = ObservationProblem::<f64, 27>::prepare(&nominal, &instruments, &mut rows);
             let outcome = problem.unwrap().solve(&Settings::new()).unwrap();
             let off = largest_difference(&outcome.robot, &truth);
             assert!(off < 1e-6, "{name}: {off}");
@@ -455,11 +265,11 @@ fn exact_positions_and_heights_give_the_robot_back() {
 /// The square of such a travel is finite in single precision, and the factor would not be.
 #[test]
 fn a_travel_of_thousands_of_forearms_is_refused() {
-    for (name, robot, [low, high]) in linear_geometries() {
+    for (name, robot, limits) in geometries_of(Drive::Linear) {
         let robot = robot.cast::<f32>().unwrap();
         let mut calibrator = IkmCalibrator::new(&robot, &Settings::default());
         let mut joint = JointCalibrator::new(&robot, &Settings::default());
-        let middle = [0.5 * (low + high) as f32; 3];
+        let middle = [0.5 * (limits.minimum() + limits.maximum()) as f32; 3];
         let mut sample = Sample {
             joints: middle,
             position: robot.forward(&middle).unwrap(),

@@ -10,6 +10,7 @@
     clippy::cast_sign_loss
 )]
 
+mod accuracy;
 mod board_page;
 mod budgets;
 mod controller;
@@ -17,8 +18,6 @@ mod derivatives;
 mod exact;
 mod gate;
 mod hard_cases;
-mod joint;
-mod joint_zeros;
 mod kinematics;
 mod linear;
 mod link_faults;
@@ -30,7 +29,6 @@ mod reset;
 mod samples;
 mod single_precision;
 mod small_firmware;
-mod statistics;
 mod stream_calibrator;
 mod target;
 mod validation;

@@ -1,8 +1,8 @@
 //! Calibrations from positions against an independent optimum: SciPy's.
 
-use crate::joint::joint;
-use delta_cal::{IkmCalibrator, Robot};
-use delta_cal_tests::goldens::{GoldenInput, number, numbers};
+use crate::accuracy::joint;
+use delta_cal::IkmCalibrator;
+use delta_cal_tests::goldens::{Bits, GoldenInput, numbers, robot};
 use delta_cal_tests::paper_robot;
 use nalgebra::SMatrix;
 use serde::Deserialize;
@@ -18,7 +18,7 @@ struct Golden<O> {
     #[serde(flatten)]
     input: GoldenInput,
     #[serde(default)]
-    nominal: Vec<String>,
+    nominal: Vec<Bits>,
     parameters: O,
     covariance: O,
     cost: Costs,
@@ -27,15 +27,15 @@ struct Golden<O> {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Costs {
-    OfRobot(String),
-    OfArms([String; 3]),
+    OfRobot(Bits),
+    OfArms([Bits; 3]),
 }
 
 /// Checks that parameters are SciPy's but for so many σ, and the covariance but for a thousandth: central differences
 /// know the Jacobian to 1e-8 or so, and the covariance multiplies that by the condition.
 fn compare<const N: usize>(
     found: (&[f64], &SMatrix<f64, N, N>),
-    expected: (&[String], &[String]),
+    expected: (&[Bits], &[Bits]),
     variance: f64,
     sigmas: f64,
 ) {
@@ -44,7 +44,7 @@ fn compare<const N: usize>(
         .map(|k| (covariance[k * (N + 1)] * variance).sqrt())
         .collect();
     for row in 0..N {
-        let off = (found.0[row] - number(&expected.0[row])) / sigma[row];
+        let off = (found.0[row] - expected.0[row].0) / sigma[row];
         assert!(off.abs() < sigmas, "parameter {row}: {off:e} σ from SciPy");
         for column in 0..N {
             let expected = covariance[row * N + column] * variance;
@@ -57,7 +57,7 @@ fn compare<const N: usize>(
 #[test]
 fn both_solvers_reach_scipys_optimum_of_each_arm() {
     let text = include_str!("../goldens/scipy.json");
-    let goldens: Goldens<[Vec<String>; 3]> = serde_json::from_str(text).unwrap();
+    let goldens: Goldens<[Vec<Bits>; 3]> = serde_json::from_str(text).unwrap();
     assert_eq!(goldens.cases.len(), 20);
     for golden in &goldens.cases {
         let Costs::OfArms(costs) = &golden.cost else {
@@ -73,7 +73,7 @@ fn both_solvers_reach_scipys_optimum_of_each_arm() {
                 // Without weights SciPy's residuals are in mm and its covariance unscaled: times cost/ν, and ν/(ν − 2)
                 // for Student's t.
                 let freedom = samples.len() as f64 - 10.0;
-                let estimated = |_| number(&costs[index]) / freedom;
+                let estimated = |_| costs[index].0 / freedom;
                 let variance = result.estimated_noise.map_or(1.0, estimated);
                 // SciPy's own end points, from finite differences, scatter by some 1e-6 σ.
                 compare::<8>(
@@ -90,16 +90,14 @@ fn both_solvers_reach_scipys_optimum_of_each_arm() {
 #[test]
 fn scipys_optimum_of_all_arms_is_reached() {
     let text = include_str!("../goldens/scipy_joint.json");
-    let goldens: Goldens<Vec<String>> = serde_json::from_str(text).unwrap();
+    let goldens: Goldens<Vec<Bits>> = serde_json::from_str(text).unwrap();
     assert_eq!(goldens.cases.len(), 20);
     for golden in &goldens.cases {
         let Costs::OfRobot(cost) = &golden.cost else {
             panic!("a cost a robot")
         };
-        let cost = number(cost);
-        let nominal = numbers(&golden.nominal);
-        let arms = nominal.as_chunks::<8>().0;
-        let nominal = Robot::from_parameters([arms[0], arms[1], arms[2]]).unwrap();
+        let cost = cost.0;
+        let nominal = robot(&golden.nominal);
         let samples = golden.input.samples();
         let settings = golden.input.settings();
         let outcome = joint(&nominal, &samples, &settings).unwrap();

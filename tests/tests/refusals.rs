@@ -1,7 +1,6 @@
 //! A calibration is either good or refused with its cause and arm.
 
-use crate::joint::joint;
-use crate::linear;
+use crate::accuracy::joint;
 use delta_cal::calibration::Instrument;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::observations::ObservationNoise;
@@ -11,8 +10,10 @@ use delta_cal::{
     ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, Sample, SettingError,
     Settings, Tolerance,
 };
-use delta_cal_tests::geometries::{geometries, linear_geometries};
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, size, to_single};
+use delta_cal_tests::geometries::all_geometries;
+use delta_cal_tests::{
+    Spread, generator, measurements, measurements_within, paper_robot, perturbed, size, to_single,
+};
 use nalgebra::Vector3;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -169,12 +170,7 @@ fn a_noise_beyond_the_tolerance_is_refused_and_one_within_it_never() {
         ("inches", |sample| sample.position /= 25.4),
     ];
     let (length, angle) = (0.5, 0.2 * DEGREE);
-    let rotary = geometries()
-        .into_iter()
-        .map(|(name, robot)| (name, robot, None));
-    let linear = linear_geometries().into_iter();
-    let all = rotary.chain(linear.map(|(name, robot, travel)| (name, robot, Some(travel))));
-    for (index, (name, nominal, travel)) in (8200..).zip(all) {
+    for (index, (name, nominal, limits)) in (8200..).zip(all_geometries()) {
         let tolerance = Tolerance::new(length, angle).unwrap();
         let in_single = Tolerance::new(f32::from_f64(length), f32::from_f64(angle)).unwrap();
         for robot in 0..size(5, 100) {
@@ -183,12 +179,7 @@ fn a_noise_beyond_the_tolerance_is_refused_and_one_within_it_never() {
             let count = [1, 3, 12, 20, 40][robot as usize % 5];
             let mut measured = |sigma: f64| {
                 let noise = Noise::new(sigma, 0.0).unwrap();
-                match travel {
-                    None => measurements(&truth, count, Some(&noise), &mut rng),
-                    Some(travel) => {
-                        linear::measurements(&truth, travel, count, Some(&noise), &mut rng)
-                    }
-                }
+                measurements_within(&truth, &limits, count, Some(&noise), &mut rng)
             };
             let solve = |samples: &[Sample<f64>]| {
                 let single = nominal.cast::<f32>().unwrap();

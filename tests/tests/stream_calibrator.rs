@@ -7,12 +7,21 @@ use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{Forgetting, Selection, StreamCalibrator, Verdict};
 use delta_cal::{
     Busy, IkmCalibrator, JointCalibrator, Noise, Progress, Real, Refusal, Robot, Sample, Settings,
-    SymmetricRobot, Tolerance,
+    Tolerance,
 };
-use delta_cal_tests::geometries::geometries;
+use delta_cal_tests::geometries::{geometries, symmetric};
 use delta_cal_tests::{Spread, generator, measurements, perturbed};
 
 type Arms = StreamCalibrator<f64, Ikm>;
+
+const GATED: Selection<f64> = Selection {
+    gated: true,
+    forgetting: None,
+};
+
+fn stated() -> Settings<f64> {
+    statements()[3]
+}
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
@@ -36,24 +45,8 @@ pub(crate) fn statements<T: Real>() -> Vec<Settings<T>> {
 
 pub(crate) fn selections<T: Real>() -> [Selection<T>; 4] {
     let fading = Some(Forgetting::new(T::from_f64(20.0)).unwrap());
-    [
-        Selection {
-            gated: false,
-            forgetting: None,
-        },
-        Selection {
-            gated: false,
-            forgetting: fading,
-        },
-        Selection {
-            gated: true,
-            forgetting: None,
-        },
-        Selection {
-            gated: true,
-            forgetting: fading,
-        },
-    ]
+    [(false, None), (false, fading), (true, None), (true, fading)]
+        .map(|(gated, forgetting)| Selection { gated, forgetting })
 }
 
 /// A robot as drawn, and measurements of one that was built to the tolerance; one sample in the middle is 5 mm off.
@@ -167,14 +160,10 @@ fn a_stream_is_its_calibrator_of_the_samples_that_it_takes() {
 /// after it, and one that is asked for twice comes once.
 #[test]
 fn a_solve_that_is_asked_for_during_an_estimate_comes_after_it() {
-    let gated = Selection {
-        gated: true,
-        forgetting: None,
-    };
     for (robot, samples) in &streams::<f64>(32) {
         for asked_at in [0, 1, 3] {
             let settings = Settings::default();
-            let mut stream = Arms::new(robot, &settings, &gated);
+            let mut stream = Arms::new(robot, &settings, &GATED);
             for sample in &samples[..11] {
                 add(&mut stream, sample);
             }
@@ -220,23 +209,8 @@ fn foreign_bytes_are_refused_as_what_they_are() {
         settings.with_tolerance(Tolerance::new(0.6, 0.2 * DEGREE).unwrap()),
         settings.with_tolerance(Tolerance::new(0.5, 0.3 * DEGREE).unwrap()),
     ];
-    let gated = Selection {
-        gated: true,
-        forgetting: None,
-    };
-    let fading = |age| Selection {
-        gated: true,
-        forgetting: Some(Forgetting::new(age).unwrap()),
-    };
-    let other_selections = [
-        Selection {
-            gated: false,
-            forgetting: None,
-        },
-        fading(20.0),
-    ];
-
-    let mut stream = Arms::new(robot, &settings, &gated);
+    let [plain, _, _, fading] = selections();
+    let mut stream = Arms::new(robot, &settings, &GATED);
     for sample in samples {
         add(&mut stream, sample);
     }
@@ -246,15 +220,15 @@ fn foreign_bytes_are_refused_as_what_they_are() {
     stream.snapshot(&mut bytes).unwrap();
     let restored =
         |robot, settings, selection| Arms::new(robot, settings, selection).restore(&bytes);
-    assert_eq!(restored(robot, &settings, &gated), Ok(()));
+    assert_eq!(restored(robot, &settings, &GATED), Ok(()));
     let other = Err(SnapshotError::OtherCalibration);
     for (robot, _) in &all[1..] {
-        assert_eq!(restored(robot, &settings, &gated), other);
+        assert_eq!(restored(robot, &settings, &GATED), other);
     }
     for settings in &others {
-        assert_eq!(restored(robot, settings, &gated), other, "{settings:?}");
+        assert_eq!(restored(robot, settings, &GATED), other, "{settings:?}");
     }
-    for selection in &other_selections {
+    for selection in &[plain, fading] {
         assert_eq!(
             restored(robot, &settings, selection),
             other,
@@ -262,7 +236,7 @@ fn foreign_bytes_are_refused_as_what_they_are() {
         );
     }
     let kind = Err(SnapshotError::OtherKind);
-    let mut jointly = StreamCalibrator::<f64, Joint>::new(robot, &settings, &gated);
+    let mut jointly = StreamCalibrator::<f64, Joint>::new(robot, &settings, &GATED);
     assert_eq!(jointly.restore(&bytes), kind);
     assert_eq!(IkmCalibrator::new(robot, &settings).restore(&bytes), kind);
     assert_eq!(JointCalibrator::new(robot, &settings).restore(&bytes), kind);
@@ -280,14 +254,9 @@ fn foreign_bytes_are_refused_as_what_they_are() {
 /// Early samples that a run contradicts, and many of them: the alarm and its sample outlast a power cut.
 #[test]
 fn an_alarm_is_in_the_snapshot() {
-    let gated = Selection {
-        gated: true,
-        forgetting: None,
-    };
-    let settings = statements::<f64>()[3];
     let (robot, samples) = &streams::<f64>(80)[0];
     for good in [9, 30] {
-        let new = || Arms::new(robot, &settings, &gated);
+        let new = || Arms::new(robot, &stated(), &GATED);
         let mut stream = new();
         for (index, sample) in samples.iter().enumerate().take(good + 8) {
             let mut sample = *sample;
@@ -314,24 +283,9 @@ fn an_alarm_is_in_the_snapshot() {
     }
 }
 
-const GATED: Selection<f64> = Selection {
-    gated: true,
-    forgetting: None,
-};
-
-fn stated() -> Settings<f64> {
-    statements()[3]
-}
-
 /// The paper's robot with other forearms.
 fn with_forearms(forearm: f64) -> Robot<f64> {
-    let robot = SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm,
-    };
-    robot.robot().unwrap()
+    symmetric([194.0, 30.0, 260.0, forearm])
 }
 
 /// An exact measurement, at other joint angles for every index.

@@ -36,7 +36,10 @@ if(DELTA_CAL_RUST_TARGET)
   # An image of C holds no other Rust: it needs the panic handler, which nothing calls.
   list(APPEND delta_cal_arguments --target "${DELTA_CAL_RUST_TARGET}" --features panic-handler)
   set(delta_cal_folder "${DELTA_CAL_BUILD}/${DELTA_CAL_RUST_TARGET}/${delta_cal_profile}")
+  set(delta_cal_kinds staticlib)
 else()
+  # Compiled once for both.
+  set(delta_cal_kinds staticlib,cdylib)
   set(delta_cal_folder "${DELTA_CAL_BUILD}/${delta_cal_profile}")
 endif()
 if(DELTA_CAL_RUST_CPU)
@@ -47,7 +50,7 @@ set(DELTA_CAL_ARCHIVE "${delta_cal_folder}/libdelta_cal_c.a")
 
 # cargo itself knows whether there is anything to do.
 add_custom_target(delta_cal_archive
-  COMMAND "${DELTA_CAL_CARGO}" rustc --quiet ${delta_cal_arguments} --crate-type staticlib
+  COMMAND "${DELTA_CAL_CARGO}" rustc --quiet ${delta_cal_arguments} --crate-type ${delta_cal_kinds}
           --target-dir "${DELTA_CAL_BUILD}"
   WORKING_DIRECTORY "${DELTA_CAL_SOURCE}"
   BYPRODUCTS "${DELTA_CAL_ARCHIVE}"

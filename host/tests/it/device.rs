@@ -1,12 +1,11 @@
 //! `delta-cal device` with the firmware's controller in this process, behind a TCP port, and with invalid input.
 
 use crate::support::{
-    Folder, HEADER, NOMINAL, Run, TOLERANCE, TOWERS, arms_of, assert_refused, csv, exact, noisy,
-    number, robot_toml, true_arms,
+    Folder, HEADER, NOMINAL, Run, TO_MEASURE, TOLERANCE, TOWERS, arms_of, assert_refused, csv,
+    exact, noisy, number, robot_toml, true_arms,
 };
 use delta_cal_controller::{Controller, Handover, Number, ParameterFlash, StreamFlash, Timer};
 use delta_cal_firmware_example::{Circle, limits, machine};
-use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpListener;
 use std::time::Duration;
@@ -239,8 +238,9 @@ fn refusals_change_nothing_and_say_why() {
     folder.write("few.csv", csv(&exact(&true_arms(), 5)));
     let swapped = csv(&exact(&true_arms(), 40)).replace("x_mm,y_mm", "y_mm,x_mm");
     folder.write("swapped.csv", swapped);
-    folder.write("observed.toml", OBSERVED_ROBOT);
-    folder.write("touches.csv", observed_rows(3, 40));
+    folder.write("touched.toml", TO_MEASURE);
+    let touches = "q1_deg,q2_deg,q3_deg,height_mm\n10,20,30,0\n12,20,30,0\n";
+    folder.write("touches.csv", touches);
     let gears = TOLERANCE.replace("[tolerance]", "[tolerance]\ntransmission_deg = 0.05");
     folder.write("gears.toml", format!("{NOMINAL}{gears}{NOISE}"));
     let longer = robot().replace("upper_arm_mm = 260", "upper_arm_mm = 260.01");
@@ -253,7 +253,7 @@ fn refusals_change_nothing_and_say_why() {
     let table = "
         calibrate bare.toml few.csv ⇒ 1 ⇒ few.csv | help:
         calibrate robot.toml swapped.csv ⇒ 1 ⇒ swapped.csv | y, x, z | help:
-        calibrate observed.toml touches.csv ⇒ 3 ⇒ complete positions | delta-cal device apply
+        calibrate touched.toml touches.csv ⇒ 3 ⇒ complete positions | delta-cal device apply
         calibrate gears.toml samples.csv ⇒ 3 ⇒ cannot estimate transmissions | delta-cal device apply
         calibrate longer.toml samples.csv ⇒ 3 ⇒ not the controller's nominal robot | parameters --nominal --output
         calibrate longer.toml samples.csv ⇒ 3 ⇒ La_x of arm 1 is 260.010 mm in the file and 260.000 mm in the controller

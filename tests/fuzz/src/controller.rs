@@ -13,15 +13,7 @@ use delta_cal_protocol::{
 /// Upper limit of background steps per calibration: 3 arms, 40 starts of 50 steps each.
 const STEPS: u32 = 3 * 40 * 51;
 
-/// The first byte selects `f32` or `f64`.
-pub fn controller(data: &[u8]) {
-    let mut source = Source::new(data);
-    if source.byte() & 1 == 0 {
-        session::<f32>(&mut source);
-    } else {
-        session::<f64>(&mut source);
-    }
-}
+in_either_precision!(controller, session);
 
 /// A controller and its driver's state.
 pub(crate) struct Bench<T: Bits> {

@@ -104,24 +104,16 @@ impl<T: Bits> Transport for Link<'_, T> {
     }
 }
 
-/// The first byte selects `f32` or `f64`.
-pub fn driver(data: &[u8]) {
-    let mut source = Source::new(data);
-    if source.byte() & 1 == 0 {
-        session::<f32>(source);
-    } else {
-        session::<f64>(source);
-    }
-}
+in_either_precision!(driver, session);
 
-fn session<T: Bits>(source: Source<'_>) {
+fn session<T: Bits>(source: &mut Source<'_>) {
     let (robot_file, samples) = &*FILES;
     let bench = Bench::<T>::start(ParameterFlash::new());
     let control = ControlLoop::new(bench.controller.current().fingerprint);
     let link = Link {
         bench,
         control,
-        source,
+        source: std::mem::replace(source, Source::new(&[])),
         on_the_way: VecDeque::new(),
     };
     let patience = Patience {

@@ -10,15 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
-/// The first byte selects `f32` or `f64`.
-pub fn kinematics(data: &[u8]) {
-    let mut source = Source::new(data);
-    if source.byte() & 1 == 0 {
-        everything::<f32>(&mut source);
-    } else {
-        everything::<f64>(&mut source);
-    }
-}
+in_either_precision!(kinematics, everything);
 
 fn everything<T: Bits>(source: &mut Source<'_>) {
     alignment::<T>(source);

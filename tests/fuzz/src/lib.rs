@@ -7,6 +7,21 @@
 // A panic is how a fuzz target fails.
 #![allow(clippy::expect_used, clippy::panic, clippy::missing_panics_doc)]
 
+/// A target that runs a function in single or double precision, as the first byte of the input says.
+macro_rules! in_either_precision {
+    ($target:ident, $function:ident) => {
+        #[doc = concat!("Runs `", stringify!($function), "` in `f32` or `f64`, as the first byte says.")]
+        pub fn $target(data: &[u8]) {
+            let mut source = Source::new(data);
+            if source.byte() & 1 == 0 {
+                $function::<f32>(&mut source);
+            } else {
+                $function::<f64>(&mut source);
+            }
+        }
+    };
+}
+
 mod calibration;
 mod controller;
 mod driver;

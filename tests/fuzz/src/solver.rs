@@ -1,9 +1,8 @@
 //! Calibration step by step.
 
 use crate::numbers::{Bits, Source, finite_outcome};
-use delta_cal::{
-    IkmCalibrator, JointCalibrator, Progress, Real, Robot, RobotOutcome, Sample, Settings,
-};
+use delta_cal::calibration::{Calibrator, Estimator};
+use delta_cal::{IkmCalibrator, JointCalibrator, Progress, RobotOutcome, Sample, Settings};
 
 const MOST_SAMPLES: usize = 40;
 /// Most starts per arm, and most rounds of balancing the tolerance, as in the core's tests.
@@ -16,15 +15,7 @@ const JOINT_PIECES: u32 = 16;
 /// Steps of a start or round besides its iterations: it is settled, its covariance cleared, computed and compared.
 const JUDGED: u32 = 4;
 
-/// The first byte selects `f32` or `f64`.
-pub fn solver(data: &[u8]) {
-    let mut source = Source::new(data);
-    if source.byte() & 1 == 0 {
-        calibration::<f32>(&mut source);
-    } else {
-        calibration::<f64>(&mut source);
-    }
-}
+in_either_precision!(solver, calibration);
 
 fn calibration<T: Bits>(source: &mut Source<'_>) {
     let Ok(robot) = source.robot::<T>() else {
@@ -45,66 +36,32 @@ fn calibration<T: Bits>(source: &mut Source<'_>) {
         }
     }
     let mut calibrator = IkmCalibrator::new(&robot, &settings);
-    take_in(&mut calibrator, &taken, order);
-    assert_eq!(calibrator.samples(), probe.samples());
-    if order & 0x40 != 0 {
-        assert_eq!(calibrator.forget(forget), Ok(()));
-    }
-    if let Some(outcome) = solved(&mut calibrator) {
+    take_in(&mut calibrator, &taken, order, forget);
+    if let Some(outcome) = solved(&mut calibrator, ARM_PIECES) {
+        finite_outcome(&outcome);
         not_worse(&mut calibrator, &outcome);
     }
-    joint(&robot, &settings, &taken, order, forget);
-}
-
-/// Calibrates all 24 parameters together from the same samples.
-fn joint<T: Bits>(
-    robot: &Robot<T>,
-    settings: &Settings<T>,
-    samples: &[Sample<T>],
-    order: u8,
-    forget: T,
-) {
-    let mut calibrator = JointCalibrator::new(robot, settings);
-    let (first, rest) = samples.split_at(samples.len() * usize::from(order & 0xf) / 15);
-    for sample in first {
-        assert_eq!(calibrator.add(sample), Ok(()));
-    }
-    if order & 0x10 == 0 {
-        assert_eq!(calibrator.add_many(rest), Ok(()));
-    } else {
-        let mut other = JointCalibrator::new(robot, settings);
-        assert_eq!(other.add_many(rest), Ok(()));
-        assert_eq!(calibrator.merge(&other), Ok(()));
-    }
-    assert_eq!(calibrator.samples(), samples.len() as u64);
-    if order & 0x40 != 0 {
-        assert_eq!(calibrator.forget(forget), Ok(()));
-    }
-    if calibrator.solve().is_err() {
-        return;
-    }
-    let mut left = JOINT_PIECES * steps(settings);
-    while calibrator.step() == Progress::Working {
-        left -= 1;
-        assert!(left > 0, "no end: {settings:?}");
-    }
-    match calibrator.outcome() {
-        Err(refusal) => assert!(!refusal.to_string().is_empty()),
-        Ok(outcome) => {
-            finite_outcome(&RobotOutcome::from(outcome));
-            let all = outcome.estimate.covariance.iter().flatten();
-            assert!(all.copied().all(Real::finite), "{outcome:?}");
-        }
+    let mut calibrator = JointCalibrator::new(&robot, &settings);
+    take_in(&mut calibrator, &taken, order, forget);
+    if let Some(outcome) = solved(&mut calibrator, JOINT_PIECES) {
+        finite_outcome(&RobotOutcome::from(&outcome));
+        let mut all = outcome.estimate.covariance.iter().flatten();
+        assert!(all.all(|entry| entry.finite()), "{outcome:?}");
     }
 }
 
 /// Adds samples one by one, many at once, or through another calibrator.
-fn take_in<T: Bits>(calibrator: &mut IkmCalibrator<T>, samples: &[Sample<T>], order: u8) {
+fn take_in<T: Bits, E: Estimator>(
+    calibrator: &mut Calibrator<T, E>,
+    samples: &[Sample<T>],
+    order: u8,
+    forget: T,
+) {
     let (first, rest) = samples.split_at(samples.len() * usize::from(order & 0xf) / 15);
     for sample in first {
         assert_eq!(calibrator.add(sample), Ok(()));
     }
-    let many = |calibrator: &mut IkmCalibrator<T>| {
+    let many = |calibrator: &mut Calibrator<T, E>| {
         // In two parts, the second after a refused batch that must change nothing.
         let (two, three) = rest.split_at(rest.len() / 2);
         assert_eq!(calibrator.add_many(two), Ok(()));
@@ -120,35 +77,38 @@ fn take_in<T: Bits>(calibrator: &mut IkmCalibrator<T>, samples: &[Sample<T>], or
     if order & 0x10 == 0 {
         many(calibrator);
     } else {
-        let mut other = IkmCalibrator::new(&calibrator.robot(), calibrator.settings());
+        let mut other = Calibrator::new(&calibrator.robot(), calibrator.settings());
         many(&mut other);
         assert_eq!(calibrator.merge(&other), Ok(()));
     }
+    assert_eq!(calibrator.samples(), samples.len() as u64);
+    if order & 0x40 != 0 {
+        assert_eq!(calibrator.forget(forget), Ok(()));
+    }
 }
 
-/// The result, if accepted, after a bounded number of steps.
-fn solved<T: Bits>(calibrator: &mut IkmCalibrator<T>) -> Option<RobotOutcome<T>> {
+/// The result, if accepted, after at most so many steps an iteration.
+fn solved<T: Bits, E: Estimator>(
+    calibrator: &mut Calibrator<T, E>,
+    pieces: u32,
+) -> Option<E::Outcome<T>> {
     let settings = *calibrator.settings();
     calibrator.solve().ok()?;
-    let mut left = ARM_PIECES * steps(&settings);
+    let mut left = pieces * steps(&settings);
     while calibrator.step() == Progress::Working {
         left -= 1;
         assert!(left > 0, "no end: {settings:?}");
     }
-    let outcome = match calibrator.outcome() {
-        Ok(outcome) => outcome,
-        Err(refusal) => {
-            assert!(!refusal.to_string().is_empty());
-            let again = calibrator.calibrate();
-            assert_eq!(
-                again.map_err(|again| again.to_string()),
-                Err(refusal.to_string())
-            );
-            return None;
-        }
-    };
-    finite_outcome(outcome);
-    Some(outcome.clone())
+    let outcome = calibrator.outcome().cloned();
+    if let Err(refusal) = &outcome {
+        assert!(!refusal.to_string().is_empty());
+        let again = calibrator.calibrate().err();
+        assert_eq!(
+            again.map(|again| again.to_string()),
+            Some(refusal.to_string())
+        );
+    }
+    outcome.ok()
 }
 
 /// An upper limit of the iterations, of all starts and rounds, that a calibration with these settings takes.

@@ -9,15 +9,7 @@ use delta_cal_protocol::{
     Geometry, Origin, ParameterSet, Request, Response, RevertTo, SampleMessage, Wire, Writer,
 };
 
-/// The first byte selects `f32` or `f64`.
-pub fn store(data: &[u8]) {
-    let mut source = Source::new(data);
-    if source.byte() & 1 == 0 {
-        starts::<f32>(&mut source);
-    } else {
-        starts::<f64>(&mut source);
-    }
-}
+in_either_precision!(store, starts);
 
 fn starts<T: Bits>(source: &mut Source<'_>) {
     let mut flash = ParameterFlash::new();

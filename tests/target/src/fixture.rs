@@ -1,12 +1,11 @@
 //! One run through the core. Host and target write the same lines, to the bit.
 
-mod calibrations;
+pub(crate) mod calibrations;
 
 use crate::measurements::{nominal, samples};
 use core::fmt::{self, Write};
 use delta_cal::frame::RigidTransform;
-use delta_cal::kinematics::KinematicsError;
-use delta_cal::{ArmIndex, Real, Refusal, RobotOutcome};
+use delta_cal::{ArmIndex, Real, Refusal, Robot, RobotOutcome};
 use nalgebra::{RealField, Vector3};
 
 /// Writes one line a result, `BITS <scalar> <what>: <bits> …`, in both precisions. A refusal is written in words.
@@ -57,9 +56,6 @@ fn functions<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
 fn kinematics<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     let robot = nominal::<T>();
     let angle = |degrees: f64| T::from_f64(degrees.to_radians());
-    let fault = |out: &mut dyn Write, what: &str, error: KinematicsError| {
-        record::<T>(out, format_args!("{what} {error:?}"), &[])
-    };
     for (q1, q2, q3) in [
         (0.0, 0.0, 0.0),
         (10.0, 20.0, 30.0),
@@ -73,22 +69,7 @@ fn kinematics<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
         (f64::NAN, 0.0, 0.0),
         (0.0, f64::INFINITY, 0.0),
     ] {
-        let q = [angle(q1), angle(q2), angle(q3)];
-        match robot.forward(&q) {
-            Err(error) => fault(out, "forward", error)?,
-            Ok(x) => {
-                record(out, format_args!("forward {q1} {q2} {q3}"), x.as_slice())?;
-                match robot.platform_jacobian(&x, &q) {
-                    Err(error) => fault(out, "jacobian", error)?,
-                    Ok(jacobian) => {
-                        record(out, format_args!("joints"), jacobian.by_joints.as_slice())?;
-                        for block in &jacobian.by_parameters {
-                            record(out, format_args!("parameters"), block.as_slice())?;
-                        }
-                    }
-                }
-            }
-        }
+        pose(out, &robot, &[q1, q2, q3].map(angle))?;
     }
     for (x, y, z) in [
         (0.0, 0.0, -450.0),
@@ -102,15 +83,53 @@ fn kinematics<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
         (904.0, 0.0, 0.0),
         (0.0, f64::NAN, -450.0),
     ] {
-        match robot.inverse(&Vector3::new(x, y, z).map(T::from_f64)) {
-            Err(error) => fault(out, "inverse", error)?,
-            Ok(q) => record(out, format_args!("inverse {x} {y} {z}"), &q)?,
-        }
+        inverse(out, &robot, &Vector3::new(x, y, z).map(T::from_f64))?;
     }
     // All forearms in one plane.
-    match robot.platform_jacobian(&Vector3::zeros(), &[T::ZERO; 3]) {
-        Err(error) => fault(out, "jacobian", error),
-        Ok(jacobian) => record(out, format_args!("flat"), jacobian.by_joints.as_slice()),
+    jacobian(out, &robot, &Vector3::zeros(), &[T::ZERO; 3])
+}
+
+/// The platform at these joints, and what follows from it.
+#[inline(never)]
+pub(crate) fn pose<T: Scalar>(out: &mut dyn Write, robot: &Robot<T>, q: &[T; 3]) -> fmt::Result {
+    match robot.forward(q) {
+        Err(error) => record::<T>(out, format_args!("forward {error:?}"), &[]),
+        Ok(x) => {
+            record(out, format_args!("forward"), x.as_slice())?;
+            inverse(out, robot, &x)?;
+            jacobian(out, robot, &x, q)
+        }
+    }
+}
+
+#[inline(never)]
+pub(crate) fn inverse<T: Scalar>(
+    out: &mut dyn Write,
+    robot: &Robot<T>,
+    x: &Vector3<T>,
+) -> fmt::Result {
+    match robot.inverse(x) {
+        Err(error) => record::<T>(out, format_args!("inverse {error:?}"), &[]),
+        Ok(q) => record(out, format_args!("inverse"), &q),
+    }
+}
+
+#[inline(never)]
+fn jacobian<T: Scalar>(
+    out: &mut dyn Write,
+    robot: &Robot<T>,
+    x: &Vector3<T>,
+    q: &[T; 3],
+) -> fmt::Result {
+    match robot.platform_jacobian(x, q) {
+        Err(error) => record::<T>(out, format_args!("jacobian {error:?}"), &[]),
+        Ok(jacobian) => {
+            record(out, format_args!("joints"), jacobian.by_joints.as_slice())?;
+            for block in &jacobian.by_parameters {
+                record(out, format_args!("parameters"), block.as_slice())?;
+            }
+            Ok(())
+        }
     }
 }
 

@@ -1,16 +1,16 @@
 //! One run through what the core computes of linear drives. Host and target write the same lines, to the bit.
 
-use crate::fixture::{Scalar, record};
-use crate::fixture::{accepted, refused};
+use crate::fixture::calibrations::{Written, add_each, solve};
+use crate::fixture::{Scalar, accepted, inverse, pose, record, refused};
 use core::fmt::{self, Write};
-use delta_cal::calibration::{JointCalibrator, Settings};
+use delta_cal::calibration::{Calibrator, Ikm, Joint, Settings};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationProblem,
     ObservationRow, Plane,
 };
 use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_normal};
-use delta_cal::{IkmCalibrator, Noise, Real, Robot, RobotOutcome, Sample, Tolerance};
+use delta_cal::{Noise, Real, Robot, RobotOutcome, Sample, Tolerance};
 use heapless::Vec;
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
@@ -90,39 +90,9 @@ fn kinematics<T: Scalar>(
         (0.5, f64::INFINITY, 0.5),
     ] {
         let q = [s1, s2, s3].map(|part| T::from_f64(low + part * (high - low)));
-        match robot.forward(&q) {
-            Err(error) => record::<T>(out, format_args!("tower, forward {error:?}"), &[])?,
-            Ok(x) => {
-                record(
-                    out,
-                    format_args!("tower, forward {s1} {s2} {s3}"),
-                    x.as_slice(),
-                )?;
-                match robot.inverse(&x) {
-                    Err(error) => record::<T>(out, format_args!("tower, inverse {error:?}"), &[])?,
-                    Ok(back) => record(out, format_args!("tower, inverse"), &back)?,
-                }
-                match robot.platform_jacobian(&x, &q) {
-                    Err(error) => record::<T>(out, format_args!("tower, jacobian {error:?}"), &[])?,
-                    Ok(jacobian) => {
-                        record(
-                            out,
-                            format_args!("tower, joints"),
-                            jacobian.by_joints.as_slice(),
-                        )?;
-                        for block in &jacobian.by_parameters {
-                            record(out, format_args!("tower, parameters"), block.as_slice())?;
-                        }
-                    }
-                }
-            }
-        }
+        pose(out, robot, &q)?;
     }
-    let beyond = Vector3::new(1e3, 0.0, 100.0).map(T::from_f64);
-    match robot.inverse(&beyond) {
-        Err(error) => record::<T>(out, format_args!("tower, inverse {error:?}"), &[]),
-        Ok(q) => record(out, format_args!("tower, inverse beyond"), &q),
-    }
+    inverse(out, robot, &Vector3::new(1e3, 0.0, 100.0).map(T::from_f64))
 }
 
 /// A robot drawn, measured and calibrated on board, arm by arm and jointly.
@@ -153,52 +123,24 @@ fn calibrations<T: Scalar>(
             break;
         }
     }
-    by_arm(out, nominal, &settings, (seed, &samples))?;
-    jointly(out, nominal, &settings, (seed, &samples))
+    solved::<T, Ikm>(out, nominal, &settings, (seed, &samples))?;
+    solved::<T, Joint>(out, nominal, &settings, (seed, &samples))
 }
 
 #[inline(never)]
-fn by_arm<T: Scalar>(
+fn solved<T: Scalar, E: Written>(
     out: &mut dyn Write,
     nominal: &Robot<T>,
     settings: &Settings<T>,
     (seed, samples): (u64, &[Sample<T>]),
 ) -> fmt::Result {
-    let mut calibrator = IkmCalibrator::new(nominal, settings);
-    if let Err((index, error)) = calibrator.add_many(samples) {
-        record::<T>(out, format_args!("tower sample {index} {error:?}"), &[])?;
-    }
-    match calibrator.calibrate() {
-        Err(refusal) => refused::<T>(out, format_args!("towers {seed}"), &refusal),
-        Ok(outcome) => accepted(out, format_args!("towers {seed}"), &outcome),
-    }
-}
-
-#[inline(never)]
-fn jointly<T: Scalar>(
-    out: &mut dyn Write,
-    nominal: &Robot<T>,
-    settings: &Settings<T>,
-    (seed, samples): (u64, &[Sample<T>]),
-) -> fmt::Result {
-    let mut calibrator = JointCalibrator::new(nominal, settings);
-    if let Err((index, error)) = calibrator.add_many(samples) {
-        record::<T>(out, format_args!("tower sample {index} {error:?}"), &[])?;
-    }
-    match calibrator.calibrate() {
-        Err(refusal) => refused::<T>(out, format_args!("joint towers {seed}"), &refusal),
-        Ok(outcome) => {
-            if let Some(covariance) = &outcome.estimate.covariance {
-                let label = format_args!("joint towers {seed}, covariance");
-                record(out, label, covariance.as_slice())?;
-            }
-            accepted(
-                out,
-                format_args!("joint towers {seed}"),
-                &RobotOutcome::from(&outcome),
-            )
-        }
-    }
+    let mut calibrator = Calibrator::<T, E>::new(nominal, settings);
+    add_each(out, &mut calibrator, samples)?;
+    solve(
+        out,
+        format_args!("{}, towers {seed}", E::NAME),
+        &mut calibrator,
+    )
 }
 
 /// Touches of a plate and distances between two poses, by turns.

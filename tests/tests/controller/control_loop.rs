@@ -115,7 +115,7 @@ fn punctual(hertz: u32, turns: u64) -> impl Iterator<Item = u64> {
 #[test]
 fn punctual_turns_are_punctual_at_any_rate_of_the_timer() {
     const MINUTE: u64 = 60_000;
-    assert_eq!(late::<33_333_333>(punctual(33_333_333, 60 * MINUTE)), 0);
+    assert_eq!(late::<33_333_333>(punctual(33_333_333, 20 * MINUTE)), 0);
     assert_eq!(late::<168_000_000>(punctual(168_000_000, MINUTE)), 0);
     assert_eq!(late::<999_999>(punctual(999_999, 10 * MINUTE)), 0);
     assert_eq!(late::<32_768>(punctual(32_768, 10 * MINUTE)), 0);
@@ -126,10 +126,10 @@ fn punctual_turns_are_punctual_at_any_rate_of_the_timer() {
 #[test]
 fn turns_are_counted_right_with_clocks_that_differ() {
     const ALL: u64 = 600_000;
-    for millionths in [-200, -20, -1, 0, 1, 20, 200_i64] {
+    for millionths in [-200, 0, 1, 200_i64] {
         let hertz = u64::try_from(33_333_333 * (1_000_000 + millionths) / 1_000_000).unwrap();
         let tick = |turn: u64| turn * hertz / u64::from(TURNS);
-        for at in [300_000, 300_001, 300_037, 300_063] {
+        for at in [300_000, 300_037] {
             let began = (0..ALL)
                 .filter(|turn| !(at + 200..at + 202).contains(turn))
                 .map(|turn| tick(turn) + u64::from(turn == at) * 33_333 / 5);

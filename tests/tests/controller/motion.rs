@@ -3,10 +3,11 @@
 
 use crate::controller::driver::{Driver, Flash, named};
 use core::cell::Cell;
-use delta_cal::{Real, Robot, SymmetricRobot};
+use delta_cal::{Real, Robot};
 use delta_cal_controller::{ControlLoop, Handover, Limits, NewParameters, Number, Path, Timer};
 use delta_cal_firmware_example::{Circle, limits};
 use delta_cal_protocol::{Geometry, Motion, Request};
+use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::{Spread, generator, paper_robot, perturbed, size, uniform};
 use nalgebra::Vector3;
 use rand_core::Rng;
@@ -80,14 +81,11 @@ impl<T: Real> Path<T> for Wild {
 fn random_robot<T: Real>(rng: &mut Pcg32) -> NewParameters<T> {
     let robot = match rng.next_u32() % 4 {
         // It reaches half of the paths.
-        0 => SymmetricRobot {
-            base_radius: 194.0,
-            platform_radius: 30.0,
-            upper_arm: 150.0 + 100.0 * uniform(rng).abs(),
-            forearm: 380.0 + 100.0 * uniform(rng).abs(),
+        0 => {
+            let [upper_arm, forearm] =
+                [150.0, 380.0].map(|least| least + 100.0 * uniform(rng).abs());
+            symmetric([194.0, 30.0, upper_arm, forearm])
         }
-        .robot()
-        .unwrap(),
         1 => perturbed(&paper_robot(), 20.0, 0.1, Spread::Uniform, rng),
         _ => perturbed(&paper_robot(), 0.5, 0.0035, Spread::Uniform, rng),
     };
@@ -216,13 +214,7 @@ fn following(robot: &Robot<f32>) -> ControlLoop<f32, Circle<f32>> {
 }
 
 fn short() -> Robot<f32> {
-    let short = SymmetricRobot {
-        base_radius: 194.0_f32,
-        platform_radius: 30.0,
-        upper_arm: 130.0,
-        forearm: 370.0,
-    };
-    short.robot().unwrap()
+    symmetric([194.0, 30.0, 130.0, 370.0]).cast().unwrap()
 }
 
 #[test]

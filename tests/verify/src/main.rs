@@ -109,8 +109,6 @@ const FIRMWARE: Stage = Stage {
          --target thumbv7em-none-eabihf --target-dir target/firmware",
         "cargo build --quiet --profile small --package delta-cal-link-tests \
          --target thumbv7em-none-eabihf --target-dir target/firmware",
-        "cargo build --quiet --profile small --package delta-cal-link-tests --config profile.small.opt-level='z' \
-         --target thumbv7em-none-eabihf --target-dir target/firmware",
     ],
 };
 
@@ -126,9 +124,7 @@ const C: Stage = Stage {
          --crate-type staticlib --target-dir target/firmware/cortex-m7",
         "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabi \
          --features panic-handler --crate-type staticlib --target-dir target/firmware",
-        "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type staticlib \
-         --target-dir target/firmware",
-        "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type cdylib \
+        "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type staticlib,cdylib \
          --target-dir target/firmware",
     ],
 };

@@ -27,7 +27,9 @@ pub(crate) const KEYS: [&str; 8] = [
     "lb_mm",
 ];
 
-pub(crate) const NOMINAL: &str = "\
+macro_rules! nominal {
+    () => {
+        "\
 [nominal]
 base_radius_mm = 194
 platform_radius_mm = 30
@@ -37,7 +39,11 @@ forearm_mm = 480
 [joints]
 min_deg = -60
 max_deg = 90
-";
+"
+    };
+}
+
+pub(crate) const NOMINAL: &str = nominal!();
 
 /// A robot with towers.
 pub(crate) const TOWERS: &str = "\
@@ -67,15 +73,9 @@ pub(crate) const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n
 pub(crate) const TOLERANCE: &str = "\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n";
 
 /// A robot that is measured with a plate, a wire or a bar.
-pub(crate) const TO_MEASURE: &str = "\
-[nominal]
-base_radius_mm = 194
-platform_radius_mm = 30
-upper_arm_mm = 260
-forearm_mm = 480
-[joints]
-min_deg = -60
-max_deg = 90
+pub(crate) const TO_MEASURE: &str = concat!(
+    nominal!(),
+    "\
 [tolerance]
 length_mm = 0.5
 angle_deg = 0.2
@@ -83,7 +83,8 @@ angle_deg = 0.2
 joint_deg = 0.002
 height_mm = 0.02
 distance_mm = 0.02
-";
+"
+);
 
 pub(crate) const HEADER: &str = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n";
 

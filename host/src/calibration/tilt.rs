@@ -2,12 +2,14 @@
 
 use crate::accuracy::budget::unmodelled;
 use crate::accuracy::quantiles::median;
+use crate::effects::OrientationNoise;
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use crate::files::samples_file::Readings;
 use crate::finding::{Finding, note, warning};
 use crate::fit::{Case, Solution};
 use crate::geometry::{OF_ARM, Parallelograms};
 use crate::judge::Judged;
-use crate::text::{degrees, list, significant};
+use crate::text::{count, degrees, list, significant};
 use delta_cal::{Robot, Sample};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -27,6 +29,21 @@ pub struct TiltReport {
     pub median_mrad: f64,
     /// The rods of each arm.
     pub arms: Vec<RodsReport>,
+    /// The rotations that were read.
+    pub orientation: Option<OrientationReport>,
+}
+
+/// What the residuals say of the noise of rotations, degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OrientationReport {
+    /// Number of rows with a rotation.
+    pub rows: usize,
+    /// `orientation_deg`.
+    pub stated_deg: Option<f64>,
+    /// The noise in the fit.
+    pub used_deg: f64,
+    /// What the residuals show, if there are redundant readings.
+    pub shown_deg: Option<f64>,
 }
 
 /// The two rods of an arm. The one on the side of t = z × r is the longer one, r being the arm's radial direction.
@@ -80,6 +97,26 @@ pub(super) fn tilt(
     Some(TiltReport {
         median_mrad: tilted(&rods),
         arms: arms.collect(),
+        orientation: solution.orientation.map(|own| OrientationReport {
+            rows: own.rows,
+            stated_deg: own.stated.map(degrees),
+            used_deg: degrees(own.sigma),
+            shown_deg: own.shown.map(degrees),
+        }),
+    })
+}
+
+/// In how many rows there are rotations that cannot be used because the rods are not known, in a sentence.
+pub(crate) fn unused_rotations(robot: &RobotFile, readings: &Readings) -> Option<(usize, String)> {
+    let rows = readings.rows.iter().filter(|row| row.value.turn.is_some());
+    let rows = rows.count();
+    let unused = rows > 0 && robot.parallelograms.is_none();
+    unused.then(|| {
+        let text = format!(
+            "The rotations rx_deg, ry_deg, rz_deg in {} are not used. State spacing_mm in [parallelogram] to have them used.",
+            count(rows, "row")
+        );
+        (rows, text)
     })
 }
 
@@ -88,9 +125,25 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
     let (robot, solution) = (case.robot, &judged.solution);
     let poses = &judged.poses.inside;
     let Some(stated) = robot.parallelograms else {
+        let unused = unused_rotations(robot, case.readings);
+        found.extend(
+            unused.map(|(rows, text)| warning("rotations_unused", json!({ "rows": rows }), text)),
+        );
         found.extend(unknown(robot, solution, poses));
         return;
     };
+    if let Some(own) = solution.orientation.filter(OrientationNoise::contradicts) {
+        let [used, stated] = [own.sigma, own.stated.unwrap_or_default()].map(degrees);
+        let text = format!(
+            "Rotations scatter by {}°, and orientation_deg states {stated}°. The larger one is used.",
+            significant(used, 2)
+        );
+        found.push(warning(
+            "orientation_noise",
+            json!({ "used_deg": used, "stated_deg": stated }),
+            text,
+        ));
+    }
     let after = RobotFile {
         parallelograms: solution.tilt().map(|own| stated.with_numbers(&own.by)),
         ..robot.with_robot(&solution.robot)

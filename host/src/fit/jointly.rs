@@ -15,7 +15,8 @@ use super::datum::Datum;
 use super::observations::{SETTLED, USUAL_TOUCH, is_stated};
 use super::solution::{Sensitivity, Solution, Unsolved};
 use crate::effects::{
-    At, Course, Effect, EffectKind, Estimated, Places, Platform, motion, moved, sigmas_of_bed,
+    At, Course, Effect, EffectKind, Estimated, Orientation, OrientationNoise, Places, Platform,
+    USUAL_TURN, motion, moved, orientations, sigmas_of_bed,
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
@@ -130,6 +131,11 @@ pub(super) fn jointly(
         datum,
         effects,
         height: None,
+        turn: (
+            robot.instruments.orientation_noise.unwrap_or(USUAL_TURN),
+            robot.instruments.orientation_noise,
+        ),
+        orientations: Vec::new(),
     };
     if state.of_bed().is_some() && !is_stated(robot, Kind::Height) {
         state.height = Some(USUAL_TOUCH);
@@ -169,6 +175,7 @@ pub(super) fn jointly(
         if sensor.is_some() {
             (solution.places.frame, solution.places_before.frame) = (sensor, sensor);
         }
+        state.orientations = state.turned(&course, readings, &solution);
         let step = Step::of(&solution, &seen, &course, &state);
         state.own = solution.robot.clone();
         state.found.planes.clone_from(&solution.places.planes);
@@ -181,7 +188,10 @@ pub(super) fn jointly(
             Turn::default()
         };
         let turns = turn.spread > STILL * solution.levels.position.position();
-        let noisier = step.heights.as_ref().is_some_and(|own| !own.settled());
+        let noisier = step.heights.as_ref().is_some_and(|own| !own.settled())
+            || step
+                .orientation
+                .is_some_and(|own| (own.sigma / state.turn.0).ln().abs() > SETTLED);
         if round < ROUNDS && (turns || narrows || noisier || step.gains()) {
             state.take(&step);
             continue;
@@ -246,6 +256,8 @@ pub(crate) fn of_platform_point(
         },
         datum: None,
         height: None,
+        turn: (USUAL_TURN, None),
+        orientations: Vec::new(),
         effects: stated(
             robot,
             &readings.targets,
@@ -271,6 +283,10 @@ struct State {
     effects: Vec<Estimated>,
     /// σ of heights, if it is estimated together with the shape of the bed.
     height: Option<f64>,
+    /// σ of rotations, and the stated one.
+    turn: (f64, Option<f64>),
+    /// The rotations that were read.
+    orientations: Vec<Orientation>,
 }
 
 impl State {
@@ -278,6 +294,16 @@ impl State {
     fn of_bed(&mut self) -> Option<&mut Estimated> {
         let mut all = self.effects.iter_mut();
         all.find(|own| own.effect.kind == EffectKind::Bed)
+    }
+
+    /// The first unknown of the rods among all effects', and their numbers.
+    fn of_rods(&self) -> Option<(usize, &[f64])> {
+        let mut first = 0;
+        self.effects.iter().find_map(|own| {
+            first += own.by.len();
+            let start = first - own.by.len();
+            (own.effect.kind == EffectKind::Tilt).then_some((start, own.by.as_slice()))
+        })
     }
 
     /// The effects that are removed from readings; the frame of the datum is that of `found` itself.
@@ -298,6 +324,24 @@ impl State {
 
     fn without(&self, course: &Course, readings: &Readings) -> Readings {
         course.without(&self.found, readings, &self.removed())
+    }
+
+    /// The rotations in rows, if the rods are known: with the weights of a solution, in its frame.
+    fn turned(
+        &self,
+        course: &Course,
+        readings: &Readings,
+        solution: &Solution,
+    ) -> Vec<Orientation> {
+        let (Some(rods), Some((_, by))) = (self.platform.rods, self.of_rods()) else {
+            return Vec::new();
+        };
+        orientations(
+            (&course.robot, &rods.with_numbers(by)),
+            solution.places.frame.as_ref(),
+            readings,
+            |row| solution.rows.get(row).map_or(1.0, |own| own.weight),
+        )
     }
 
     /// A first frame of the sensor, in which the robot of the file fits best.
@@ -373,6 +417,19 @@ impl State {
                 }
             }
         }
+        if let Some((first, by)) = self.of_rods() {
+            for (own, axis) in self
+                .orientations
+                .iter()
+                .flat_map(|own| [0, 1, 2].map(|axis| (own, axis)))
+            {
+                let mut row = DVector::zeros(number + 1);
+                let columns = own.by_numbers.row(axis).transpose();
+                row.rows_mut(first, by.len()).copy_from(&columns);
+                row[number] = own.off[axis];
+                rows.push(row / self.turn.0);
+            }
+        }
         DMatrix::from_fn(rows.len(), number + 1, |row, column| rows[row][column])
     }
 
@@ -390,6 +447,9 @@ impl State {
                     *own += more;
                 }
             }
+        }
+        if let Some(own) = &step.orientation {
+            self.turn.0 = own.sigma;
         }
         if let (Some(height), Some(own)) = (self.height, &step.heights) {
             let factor = own.widened * own.variance.sqrt();
@@ -458,6 +518,8 @@ struct Step {
     centre: Vector3<f64>,
     /// The noise of heights and the shape of the bed, if they are estimated.
     heights: Option<Heights>,
+    /// The noise of rotations.
+    orientation: Option<OrientationNoise>,
 }
 
 impl Step {
@@ -550,11 +612,22 @@ impl Step {
         let follows = -(inverted(&robots) * shared);
         let variance = solution.squares() / solution.degrees_of_freedom();
         let variance = if variance > 1.0 { variance } else { 1.0 };
+        let covariance = &inverse * inverse.transpose();
+        let orientation = (!state.orientations.is_empty()).then(|| {
+            let read = own.rows_range(own.nrows() - 3 * state.orientations.len()..);
+            let columns = read.columns(0, number);
+            let residuals = read.column(number) - columns * &by;
+            // The mean over a target's rows says how it is mounted.
+            let targets = course.platform.targets() as f64;
+            let taken = 3.0 * targets + (columns * &covariance * columns.transpose()).trace();
+            let freedom = residuals.len() as f64 - taken;
+            OrientationNoise::of(state.orientations.len(), state.turn, &residuals, freedom)
+        });
         let height = own.nrows().max(number + 1);
         let prior = own.resize_vertically(height, 0.0).qr().unpack_r();
         Self {
             gain: right.norm_squared() / variance,
-            covariance: &inverse * inverse.transpose(),
+            covariance,
             by,
             follows,
             columns,
@@ -564,6 +637,7 @@ impl Step {
             ),
             centre: course.centre,
             heights,
+            orientation,
         }
     }
 
@@ -619,6 +693,7 @@ impl Step {
             }
         }
         solution.effects = effects;
+        solution.orientation = self.orientation;
         let mut noise = solution.noise.iter_mut();
         if let Some(heights) = self.heights
             && let Some(own) = noise.find(|own| own.kind == Kind::Height)

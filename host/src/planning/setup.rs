@@ -11,7 +11,7 @@ use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
 use crate::order;
-use crate::text::{in_words, joint, rounded};
+use crate::text::{degrees, in_words, joint, rounded};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
@@ -146,6 +146,7 @@ impl Setup {
         let asked = Reading {
             position: kind.coordinates().map(|read| read.then_some(0.0)),
             target,
+            turn: self.reads_turns(kind).then(Vector3::zeros),
             ..Reading::at(pose.joints)
         };
         let named = name.filter(|name| matches!(kind, Kind::Position(_)) && *name != ONLY_TARGET);
@@ -163,6 +164,12 @@ impl Setup {
             point: None,
             reading: self.read(&self.robot.robot, &asked),
         }
+    }
+
+    /// Whether the instrument reads rotations beside positions.
+    fn reads_turns(&self, kind: Kind) -> bool {
+        let stated = self.robot.instruments.orientation_noise.is_some();
+        stated && self.robot.parallelograms.is_some() && kind.coordinates() == [true; 3]
     }
 
     /// The set-up for a request: what the robot file states, and defaults for the rest. `within`: poses in the region.
@@ -427,6 +434,12 @@ impl Setup {
             if planned.iter().any(|own| own.kind.reads() == kind) {
                 kinds.extend(sigma(kind).map(|sigma| format!("{} {sigma} mm", kind.plural())));
             }
+        }
+        if let Some(own) = facts
+            .orientation_noise
+            .filter(|_| planned.iter().any(|own| own.reading.turn.is_some()))
+        {
+            kinds.push(format!("rotations {}°", rounded(degrees(own))));
         }
         let drive = self.robot.robot.drive();
         let joint = noise.map_or(0.0, |own| joint::in_file(drive, own.joint()));

@@ -6,7 +6,7 @@ use crate::effects::OrientationNoise;
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::Readings;
 use crate::finding::{Finding, note, warning};
-use crate::fit::{Case, Solution};
+use crate::fit::{Case, Solution, solve};
 use crate::geometry::{OF_ARM, Parallelograms};
 use crate::judge::Judged;
 use crate::text::{count, degrees, list, significant};
@@ -15,6 +15,8 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::json;
 
+/// σ of rods that are to explain readings, mm and radians.
+const EXPLAINING: [f64; 2] = [0.3, 0.005];
 /// A point this close to the centre of the platform, mm, is in it.
 const CENTRAL: f64 = 1.0;
 /// Of the poses in the workspace, every so many are looked at.
@@ -167,6 +169,28 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
             found.push(warning("rods_differ", figures, text));
         }
     }
+}
+
+/// What to state of rods that would explain readings that Model 24 does not.
+pub(super) fn explained_by_rods(case: &Case<'_>) -> Option<String> {
+    let mut targets = case.robot.instruments.targets.iter();
+    if case.robot.parallelograms.is_some() || targets.all(|own| own.place.norm() <= CENTRAL) {
+        return None;
+    }
+    let rods = Parallelograms {
+        tolerance: EXPLAINING,
+        ..usual(case.robot)
+    };
+    let tilting = RobotFile {
+        parallelograms: Some(rods),
+        ..case.robot.clone()
+    };
+    solve(&tilting, case.readings, &case.options).ok()?;
+    Some(format!(
+        "Rods of an arm that differ by some {} mm and tilt the platform explain these readings: state spacing_mm in \
+         [parallelogram], the distance of the two rods.",
+        rods.tolerance[0]
+    ))
 }
 
 /// Rods of which nothing is known, in the uncertainty budget.

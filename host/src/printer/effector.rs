@@ -34,6 +34,8 @@ pub struct Effector {
 pub struct Differing {
     /// The tower, as its controller calls it.
     pub tower: &'static str,
+    /// Towers whose rods explain the touches as well.
+    pub or_towers: Vec<&'static str>,
     /// The tower towards which the effector is lower.
     pub towards: &'static str,
     /// By how much they differ, and one σ of it, mm.
@@ -76,26 +78,46 @@ impl Effector {
         let count = columns.len().max(1) as f64;
         let mean = columns.iter().sum::<RowSVector<f64, NUMBERS>>() / count;
         let numbers = found.places();
-        let covariance = solution.covariance.view(
+        let of_numbers = solution.covariance.view(
             (numbers.start, numbers.start),
             (numbers.len(), numbers.len()),
         );
         let variance = columns.iter().map(|own| {
             let own = own - mean;
-            (own * covariance * own.transpose())[(0, 0)]
+            (own * of_numbers * own.transpose())[(0, 0)]
         });
         let towers = match imported.firmware {
             Firmware::Klipper => ["A", "B", "C"],
             _ => ["X", "Y", "Z"],
         };
+        let of_arm = |arm: usize| rods.numbers[arm][0];
+        let covariance = |one: usize, other: usize| {
+            let place = |arm: usize| numbers.start + OF_ARM * arm;
+            solution.covariance[(place(one), place(other))]
+        };
+        // What is left of an arm's difference if nothing is known of another one's but the readings.
+        let shown = 1.0 / (rods.tolerance[0] * rods.tolerance[0]);
+        let opened = |other: usize| shown / (1.0 - shown * covariance(other, other));
+        let explains = |other: usize, arm: usize| {
+            let by = opened(other) * covariance(arm, other);
+            let left = of_arm(arm) + by * of_arm(other);
+            left.powi(2) <= NAMED * NAMED * (covariance(arm, arm) + by * covariance(arm, other))
+        };
+        let others = |arm: usize| (0..3).filter(move |other| *other != arm);
+        let differs = |arm: usize| of_arm(arm).abs() > NAMED * covariance(arm, arm).sqrt();
+        let instead = |arm: usize| others(arm).filter(move |other| explains(*other, arm));
         let named = |arm: usize| {
-            let (difference, place) = (rods.numbers[arm][0], numbers.start + OF_ARM * arm);
-            let sigma = solution.covariance[(place, place)].sqrt();
-            if !(difference.abs() > NAMED * sigma) {
+            // Explained by an arm that it does not explain in turn, or named with it.
+            let by_other = |other: usize| {
+                let alike = explains(arm, other);
+                let first = of_arm(other).abs() > of_arm(arm).abs() && differs(other);
+                !alike && differs(other) || alike && first
+            };
+            if !differs(arm) || instead(arm).any(by_other) {
                 return None;
             }
             let mut alone = rods.with_numbers(&[0.0; NUMBERS]);
-            alone.numbers[arm][0] = difference;
+            alone.numbers[arm][0] = of_arm(arm);
             let rim = bed(radius, 1, AROUND).into_iter();
             let tilts = rim.filter_map(|at| Some(pose(&alone, at)?.tilt.xy()));
             let most = tilts.max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
@@ -104,9 +126,10 @@ impl Effector {
             let lowest = (0..3).max_by(|a, b| towards(a).total_cmp(&towards(b)))?;
             Some(Differing {
                 tower: towers[arm],
+                or_towers: instead(arm).map(|other| towers[other]).collect(),
                 towards: towers[lowest],
-                difference_mm: difference.abs(),
-                sigma_mm: sigma,
+                difference_mm: of_arm(arm).abs(),
+                sigma_mm: covariance(arm, arm).sqrt(),
                 tilt_mrad: 1e3 * most.norm(),
             })
         };
@@ -124,12 +147,13 @@ impl Effector {
     /// In sentences.
     pub(super) fn notes(&self, spacing: f64) -> Vec<String> {
         let differing = self.rods.iter().map(|own| {
+            let towers: Vec<_> = std::iter::once(own.tower).chain(own.or_towers.iter().copied()).collect();
             format!(
                 "The effector tilts towards tower {} by {} mrad at the rim: the two rods of tower {} differ by {} ± {} mm \
                  (with rods {spacing:.0} mm apart). Exchange or match them.",
                 own.towards,
                 significant(own.tilt_mrad, 2),
-                own.tower,
+                towers.join(" or "),
                 significant(own.difference_mm, 2),
                 significant(own.sigma_mm, 1),
             )

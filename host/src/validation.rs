@@ -24,6 +24,7 @@ use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;
 use crate::fit::observations::is_stated;
 use crate::fit::{Case, Frame, Options};
+use crate::geometry::NUMBERS;
 use crate::text::{count, degrees};
 pub use comparison::Comparison;
 use delta_cal::frame::RigidTransform;
@@ -303,7 +304,7 @@ fn rotations(
 ) -> Option<[f64; 2]> {
     let rods = robot.parallelograms?;
     let read = orientations((&robot.robot, &rods), frame, readings, |_| 1.0);
-    let squares = read.iter().map(|own| own.off.norm_squared());
+    let squares = read.iter().map(|own| own.column(NUMBERS).norm_squared());
     let (sum, most) = squares.fold((0.0, 0.0), |(sum, most), own| {
         (sum + own, f64::max(most, own))
     });

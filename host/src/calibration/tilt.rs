@@ -32,20 +32,7 @@ pub struct TiltReport {
     /// The rods of each arm.
     pub arms: Vec<RodsReport>,
     /// The rotations that were read.
-    pub orientation: Option<OrientationReport>,
-}
-
-/// What the residuals say of the noise of rotations, degrees.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct OrientationReport {
-    /// Number of rows with a rotation.
-    pub rows: usize,
-    /// `orientation_deg`.
-    pub stated_deg: Option<f64>,
-    /// The noise in the fit.
-    pub used_deg: f64,
-    /// What the residuals show, if there are redundant readings.
-    pub shown_deg: Option<f64>,
+    pub orientation: Option<OrientationNoise>,
 }
 
 /// The two rods of an arm. The one on the side of t = z × r is the longer one, r being the arm's radial direction.
@@ -99,12 +86,7 @@ pub(super) fn tilt(
     Some(TiltReport {
         median_mrad: tilted(&rods),
         arms: arms.collect(),
-        orientation: solution.orientation.map(|own| OrientationReport {
-            rows: own.rows,
-            stated_deg: own.stated.map(degrees),
-            used_deg: degrees(own.sigma),
-            shown_deg: own.shown.map(degrees),
-        }),
+        orientation: solution.orientation,
     })
 }
 
@@ -135,7 +117,7 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
         return;
     };
     if let Some(own) = solution.orientation.filter(OrientationNoise::contradicts) {
-        let [used, stated] = [own.sigma, own.stated.unwrap_or_default()].map(degrees);
+        let (used, stated) = (own.used_deg, own.stated_deg.unwrap_or_default());
         let text = format!(
             "Rotations scatter by {}°, and orientation_deg states {stated}°. The larger one is used.",
             significant(used, 2)

@@ -20,10 +20,11 @@ use crate::effects::{
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::geometry::NUMBERS;
 use crate::halt;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 
 /// σ of an instrument's scale and of a robot's expansion together, if none is stated.
 const USUAL_SCALE: f64 = 1e-5;
@@ -191,7 +192,7 @@ pub(super) fn jointly(
         let noisier = step.heights.as_ref().is_some_and(|own| !own.settled())
             || step
                 .orientation
-                .is_some_and(|own| (own.sigma / state.turn.0).ln().abs() > SETTLED);
+                .is_some_and(|own| (own.used_deg.to_radians() / state.turn.0).ln().abs() > SETTLED);
         if round < ROUNDS && (turns || narrows || noisier || step.gains()) {
             state.take(&step);
             continue;
@@ -296,16 +297,6 @@ impl State {
         all.find(|own| own.effect.kind == EffectKind::Bed)
     }
 
-    /// The first unknown of the rods among all effects', and their numbers.
-    fn of_rods(&self) -> Option<(usize, &[f64])> {
-        let mut first = 0;
-        self.effects.iter().find_map(|own| {
-            first += own.by.len();
-            let start = first - own.by.len();
-            (own.effect.kind == EffectKind::Tilt).then_some((start, own.by.as_slice()))
-        })
-    }
-
     /// The effects that are removed from readings; the frame of the datum is that of `found` itself.
     fn removed(&self) -> Vec<(Effect, &[f64])> {
         let own = self.effects.iter();
@@ -333,11 +324,13 @@ impl State {
         readings: &Readings,
         solution: &Solution,
     ) -> Vec<Orientation> {
-        let (Some(rods), Some((_, by))) = (self.platform.rods, self.of_rods()) else {
+        let mut effects = self.effects.iter();
+        let tilt = effects.find(|own| own.effect.kind == EffectKind::Tilt);
+        let Some((rods, tilt)) = self.platform.rods.zip(tilt) else {
             return Vec::new();
         };
         orientations(
-            (&course.robot, &rods.with_numbers(by)),
+            (&course.robot, &rods.with_numbers(&tilt.by)),
             solution.places.frame.as_ref(),
             readings,
             |row| solution.rows.get(row).map_or(1.0, |own| own.weight),
@@ -417,18 +410,15 @@ impl State {
                 }
             }
         }
-        if let Some((first, by)) = self.of_rods() {
-            for (own, axis) in self
-                .orientations
-                .iter()
-                .flat_map(|own| [0, 1, 2].map(|axis| (own, axis)))
-            {
-                let mut row = DVector::zeros(number + 1);
-                let columns = own.by_numbers.row(axis).transpose();
-                row.rows_mut(first, by.len()).copy_from(&columns);
-                row[number] = own.off[axis];
-                rows.push(row / self.turn.0);
-            }
+        let before = self.effects.iter();
+        let before = before.take_while(|own| own.effect.kind != EffectKind::Tilt);
+        let first = before.map(|own| own.by.len()).sum();
+        for own in self.orientations.iter().flat_map(SMatrix::row_iter) {
+            let mut row = DVector::zeros(number + 1);
+            row.rows_mut(first, NUMBERS)
+                .copy_from(&own.columns(0, NUMBERS).transpose());
+            row[number] = own[NUMBERS];
+            rows.push(row / self.turn.0);
         }
         DMatrix::from_fn(rows.len(), number + 1, |row, column| rows[row][column])
     }
@@ -449,7 +439,7 @@ impl State {
             }
         }
         if let Some(own) = &step.orientation {
-            self.turn.0 = own.sigma;
+            self.turn.0 = own.used_deg.to_radians();
         }
         if let (Some(height), Some(own)) = (self.height, &step.heights) {
             let factor = own.widened * own.variance.sqrt();
@@ -621,7 +611,7 @@ impl Step {
             let targets = course.platform.targets() as f64;
             let taken = 3.0 * targets + (columns * &covariance * columns.transpose()).trace();
             let freedom = residuals.len() as f64 - taken;
-            OrientationNoise::of(state.orientations.len(), state.turn, &residuals, freedom)
+            OrientationNoise::of(&residuals, state.turn, freedom)
         });
         let height = own.nrows().max(number + 1);
         let prior = own.resize_vertically(height, 0.0).qr().unpack_r();

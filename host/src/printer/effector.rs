@@ -7,7 +7,7 @@ use crate::fit::Solution;
 use crate::geometry::{NUMBERS, OF_ARM, Parallelograms};
 use crate::import::{Firmware, Imported, OF_PROBE};
 use crate::text::significant;
-use nalgebra::{RowSVector, Vector2, Vector3};
+use nalgebra::{Matrix2, RowSVector, Vector2, Vector3};
 use serde::Serialize;
 
 /// Places around the rim.
@@ -90,34 +90,34 @@ impl Effector {
             Firmware::Klipper => ["A", "B", "C"],
             _ => ["X", "Y", "Z"],
         };
-        let of_arm = |arm: usize| rods.numbers[arm][0];
-        let covariance = |one: usize, other: usize| {
-            let place = |arm: usize| numbers.start + OF_ARM * arm;
-            solution.covariance[(place(one), place(other))]
+        // The difference of an arm's rods and its σ if of them, and of another arm's, nothing is known but the readings.
+        let shown = |arm: usize, other: usize| {
+            let places = [arm, other].map(|own| numbers.start + OF_ARM * own);
+            let own = Matrix2::from_fn(|row, column| match (row == column, arm == other) {
+                (false, true) => 0.0,
+                _ => solution.covariance[(places[row], places[column])],
+            });
+            let found = Vector2::new(rods.numbers[arm][0], rods.numbers[other][0]);
+            let open = Matrix2::from_diagonal_element(rods.tolerance[0].powi(-2));
+            let own = own.try_inverse()?;
+            let left = (own - open).try_inverse()?;
+            let difference = (left * own * found).x;
+            let sigma = left.m11.sqrt();
+            Some((difference, sigma)).filter(|_| difference.abs() > NAMED * sigma)
         };
-        // What is left of an arm's difference if nothing is known of another one's but the readings.
-        let shown = 1.0 / (rods.tolerance[0] * rods.tolerance[0]);
-        let opened = |other: usize| shown / (1.0 - shown * covariance(other, other));
-        let explains = |other: usize, arm: usize| {
-            let by = opened(other) * covariance(arm, other);
-            let left = of_arm(arm) + by * of_arm(other);
-            left.powi(2) <= NAMED * NAMED * (covariance(arm, arm) + by * covariance(arm, other))
-        };
+        let size = |arm: usize| shown(arm, arm).map_or(0.0, |(own, sigma)| own.abs() / sigma);
         let others = |arm: usize| (0..3).filter(move |other| *other != arm);
-        let differs = |arm: usize| of_arm(arm).abs() > NAMED * covariance(arm, arm).sqrt();
-        let instead = |arm: usize| others(arm).filter(move |other| explains(*other, arm));
+        // Without what is left of an arm beside another one, that one explains it.
+        let instead = |arm: usize| {
+            others(arm).filter(move |other| shown(arm, *other).is_none() && size(*other) > 0.0)
+        };
         let named = |arm: usize| {
-            // Explained by an arm that it does not explain in turn, or named with it.
-            let by_other = |other: usize| {
-                let alike = explains(arm, other);
-                let first = of_arm(other).abs() > of_arm(arm).abs() && differs(other);
-                !alike && differs(other) || alike && first
-            };
-            if !differs(arm) || instead(arm).any(by_other) {
+            let (difference, sigma) = shown(arm, arm)?;
+            if instead(arm).any(|other| size(other) > size(arm)) {
                 return None;
             }
             let mut alone = rods.with_numbers(&[0.0; NUMBERS]);
-            alone.numbers[arm][0] = of_arm(arm);
+            alone.numbers[arm][0] = difference;
             let rim = bed(radius, 1, AROUND).into_iter();
             let tilts = rim.filter_map(|at| Some(pose(&alone, at)?.tilt.xy()));
             let most = tilts.max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
@@ -128,8 +128,8 @@ impl Effector {
                 tower: towers[arm],
                 or_towers: instead(arm).map(|other| towers[other]).collect(),
                 towards: towers[lowest],
-                difference_mm: of_arm(arm).abs(),
-                sigma_mm: covariance(arm, arm).sqrt(),
+                difference_mm: difference.abs(),
+                sigma_mm: sigma,
                 tilt_mrad: 1e3 * most.norm(),
             })
         };

@@ -5,10 +5,12 @@ use crate::support::{Folder, NOISE, NOMINAL, csv, noisy, true_arms};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
-use delta_cal::{Parameter, Robot};
+use delta_cal::{Parameter, Robot, Tolerance};
+use delta_cal_host::files::convention::Vertical;
 use delta_cal_host::files::robot_file::Target;
 use delta_cal_host::geometry::Parallelograms;
 use delta_cal_host::planning::{Kind, Wishes};
+use delta_cal_host::validation::{Request, validate};
 use delta_cal_host::{
     Frame, Options, PlanRequest, Reading, Readings, RobotFile, Row, calibrate, plan,
 };
@@ -466,6 +468,162 @@ fn the_budget_states_what_unknown_rods_add() {
     );
     assert!(achieved > 5.0 * stated, "{achieved} {stated}");
     assert!((0.8..1.25).contains(&parts), "{parts}");
+}
+
+/// Robots whose parameters and rods are off what their files say: the error that a validation states by targets beside the
+/// centre is theirs, and so is the deviation of the rotations.
+#[test]
+fn validations_state_the_error_of_platforms_that_tilt() {
+    let (mut within, mut ratios, mut turns) = (0, Vec::new(), Vec::new());
+    let robots: u8 = of_size(16, 96);
+    for index in 0..robots {
+        let seed = u64::from(index);
+        let geometries = rotary(true);
+        let mut file = geometries[usize::from(index) % geometries.len()].clone();
+        let size = file.robot.arms()[0].lb() / 480.0;
+        let targets = TARGETS.map(|own| Vector3::from(own) * size);
+        file.instruments.orientation_noise = Some(0.01_f64.to_radians());
+        let mut own = made(
+            &file,
+            (60.0 * size, RODS[1].to_radians()),
+            &targets,
+            0,
+            200 + seed,
+        );
+        let mut rng = Pcg32::seed_from_u64(seed);
+        own.measure_all(40, &mut rng);
+        let off = Tolerance::new(0.05 * size, 5e-5).unwrap();
+        own.file.robot = made_robot(&own.truth, &off, &mut rng).unwrap();
+        let numbers = own.rods.numbers.as_flattened().iter();
+        let numbers: Vec<_> = numbers
+            .map(|own| own * (1.0 + 0.3 * standard_normal::<f64, _>(&mut rng)))
+            .collect();
+        let rods = own.file.parallelograms.as_mut().unwrap();
+        rods.numbers.as_flattened_mut().copy_from_slice(&numbers);
+        let rods = *rods;
+        let request = Request {
+            limit: 0.1,
+            frame: Frame::Base,
+            stored: false,
+        };
+        let found = validate(&own.file, &own.readings, request).unwrap();
+        let (mut square, mut tilts) = (0.0, Vec::new());
+        for _ in 0..100 {
+            let joints = worked(&own.file, &own.truth, &mut rng);
+            let [is, file] = [(&own.truth, &own.rods), (&own.file.robot, &rods)]
+                .map(|(robot, rods)| platform(robot, rods, &joints));
+            for target in &targets {
+                square += (at(is, target) - at(file, target)).norm_squared() / 300.0;
+            }
+            tilts.push(is[1] - file[1]);
+        }
+        let mean = tilts.iter().sum::<Vector3<f64>>() / 100.0;
+        let tilt = tilts
+            .iter()
+            .map(|own| (own - mean).norm_squared())
+            .sum::<f64>()
+            / 100.0;
+        let noise = 3.0 * 0.01_f64.to_radians().powi(2);
+        turns.push(found.rotation_deg.unwrap()[0] / (tilt + noise).sqrt().to_degrees());
+        let error = found.rms_error.error;
+        let (low, high) = (error.interval.0, error.interval.1.unwrap());
+        within += u8::from((low..high).contains(&square.sqrt()));
+        ratios.push(error.value / square.sqrt());
+    }
+    println!("{within} of {robots} within; stated/is {ratios:.2?}, rotations {turns:.2?}");
+    assert!(f64::from(within) > 0.85 * f64::from(robots), "{within}");
+    for all in [ratios, turns] {
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        assert!((0.93..1.07).contains(&mean), "{all:?}");
+    }
+}
+
+/// Three targets contradict Model 24: the refusal says what to state.
+#[test]
+fn a_tilt_that_is_not_modelled_is_named_when_it_is_refused() {
+    let mut own = made(
+        &rotary(true)[0],
+        (60.0, 0.0),
+        &TARGETS.map(Vector3::from),
+        10,
+        3,
+    );
+    own.file.parallelograms = None;
+    let refused = calibrate(&own.file, &own.readings, &Options::default()).unwrap_err();
+    let remedy = refused.remedy().unwrap();
+    assert!(
+        remedy.contains("state spacing_mm in [parallelogram]"),
+        "{refused} {remedy}"
+    );
+}
+
+/// Rotations in a file, with z up and down, and their noise in the robot file; a robot without stated rods does not use them.
+#[test]
+fn rotations_are_read_in_the_axes_of_the_robot_file() {
+    let folder = Folder::new();
+    let mut own = made(
+        &rotary(true)[0],
+        (60.0, RODS[1].to_radians()),
+        &TARGETS[..1]
+            .iter()
+            .map(|own| Vector3::from(*own))
+            .collect::<Vec<_>>(),
+        0,
+        3,
+    );
+    own.file.instruments.orientation_noise = Some(0.01_f64.to_radians());
+    own.measure_all(20, &mut Pcg32::seed_from_u64(3));
+    let tilt = [Vertical::Up, Vertical::Down].map(|z| {
+        own.file.convention.z_axis = z;
+        let convention = &own.file.convention;
+        let mut csv = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n".to_owned();
+        for row in own.readings.rows.iter().map(|row| &row.value) {
+            let turn = convention.vector(&row.turn.unwrap()).map(f64::to_degrees);
+            let position = Vector3::from(row.position.map(Option::unwrap));
+            let position = convention.position(&position);
+            let cells = convention
+                .joints(&row.joints)
+                .into_iter()
+                .chain(position)
+                .chain(turn.iter().copied());
+            csv += &(cells
+                .map(|own| own.to_string())
+                .collect::<Vec<_>>()
+                .join(",")
+                + "\n");
+        }
+        folder.write("samples.csv", csv);
+        folder.write("robot.toml", own.file.to_toml(""));
+        folder
+            .run("calibrate robot.toml samples.csv --json r.json")
+            .ok();
+        let json: serde_json::Value = serde_json::from_str(&folder.read("r.json")).unwrap();
+        assert_eq!(
+            json["tilt"]["orientation"]["stated_deg"], 0.01,
+            "{}",
+            json["tilt"]
+        );
+        assert_eq!(json["tilt"]["orientation"]["rows"], 20);
+        let sign = if z == Vertical::Up { 1.0 } else { -1.0 };
+        [0, 1, 2].map(|arm| {
+            let own = &json["tilt"]["arms"][arm];
+            (
+                sign * own["numbers"][0].as_f64().unwrap(),
+                own["sigmas"][0].as_f64().unwrap(),
+            )
+        })
+    });
+    for ((up, sigma), (down, _)) in tilt[0].into_iter().zip(tilt[1]) {
+        assert!((up - down).abs() < 1e-6 && sigma < 0.09, "{tilt:?}");
+    }
+    own.file.parallelograms = None;
+    folder.write("robot.toml", own.file.to_toml(""));
+    let run = folder.run("calibrate robot.toml samples.csv").ok();
+    let text = run.stdout.replace('\n', " ");
+    assert!(
+        text.contains("rx_deg, ry_deg, rz_deg in 20 rows are not used"),
+        "{text}"
+    );
 }
 
 /// Planned poses of three targets bring what the plan promises, within 15 %.

@@ -197,13 +197,43 @@ fn the_pair_of_rods_that_tilts_the_effector_is_named() {
             let json: serde_json::Value = serde_json::from_str(&folder.read("r.json")).unwrap();
             let effector = &json["printer"]["effector"];
             println!("{pair} {difference} {seed}: {effector}");
+            let named: Vec<_> = effector["rods"].as_array().unwrap().iter().collect();
             if difference == 0.0 {
-                assert_eq!(effector["rods"], serde_json::json!([]), "{effector}");
+                assert!(named.is_empty(), "{effector}");
                 let [bias, sigma] = ["probe_bias_rms_mm", "probe_bias_sigma_mm"]
                     .map(|own| effector[own].as_f64().unwrap());
                 assert!(bias < 2.0 * sigma, "{effector}");
                 continue;
             }
+            let towers = [("A", 210.0), ("B", 330.0), ("C", 90.0)];
+            let first = named[0]["tower"].as_str().unwrap();
+            let others = named[0]["or_towers"].as_array().unwrap().iter();
+            let all: Vec<_> = std::iter::once(first)
+                .chain(others.map(|own| own.as_str().unwrap()))
+                .collect();
+            let (tower, _) = towers[pair];
+            assert!(named.len() == 1 && all.contains(&tower), "{effector}");
+            let differ = format!("the two rods of tower {} differ by", all.join(" or "));
+            assert!(text.contains(&differ), "{differ}\n{text}");
+            let [is, sigma] =
+                ["difference_mm", "sigma_mm"].map(|own| named[0][own].as_f64().unwrap());
+            if first != tower {
+                continue;
+            }
+            assert!((is - difference).abs() < 3.0 * sigma, "{effector}");
+            // The point of the effector that is lowest at the centre.
+            let steps = drawn().steps([0.0; 3]);
+            let height = |degrees: f64| {
+                let (sine, cosine) = degrees.to_radians().sin_cos();
+                made.at(steps, [10.0 * cosine, 10.0 * sine]).z
+            };
+            let heights = towers.map(|(name, degrees)| (name, height(degrees)));
+            let (lower, _) = heights
+                .into_iter()
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .unwrap();
+            let lower = format!("The effector tilts towards tower {lower} by");
+            assert!(text.contains(&lower), "{lower}\n{text}");
         }
     }
 }

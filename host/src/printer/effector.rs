@@ -147,15 +147,22 @@ impl Effector {
     /// In sentences.
     pub(super) fn notes(&self, spacing: f64) -> Vec<String> {
         let differing = self.rods.iter().map(|own| {
-            let towers: Vec<_> = std::iter::once(own.tower).chain(own.or_towers.iter().copied()).collect();
+            let [size, sigma] = [significant(own.difference_mm, 2), significant(own.sigma_mm, 1)];
+            if !own.or_towers.is_empty() {
+                return format!(
+                    "The effector tilts: the two rods of tower {} or {} differ, by {size} ± {sigma} mm if they are those of {} \
+                     (with rods {spacing:.0} mm apart). Measure these pairs of rods, and match them.",
+                    own.tower,
+                    own.or_towers.join(" or "),
+                    own.tower
+                );
+            }
             format!(
-                "The effector tilts towards tower {} by {} mrad at the rim: the two rods of tower {} differ by {} ± {} mm \
+                "The effector tilts towards tower {} by {} mrad at the rim: the two rods of tower {} differ by {size} ± {sigma} mm \
                  (with rods {spacing:.0} mm apart). Exchange or match them.",
                 own.towards,
                 significant(own.tilt_mrad, 2),
-                towers.join(" or "),
-                significant(own.difference_mm, 2),
-                significant(own.sigma_mm, 1),
+                own.tower,
             )
         });
         let shown = self.probe_bias_rms_mm > NAMED * self.probe_bias_sigma_mm;

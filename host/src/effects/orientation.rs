@@ -41,7 +41,10 @@ pub(crate) fn orientations(
         let own = rows.filter_map(|(index, row)| {
             halt::check();
             let (turn, joints) = (row.value.turn?, &row.value.joints);
-            let weight = Some(weight(index)).filter(|own| *own > 0.0 && row.value.target == target);
+            let weight = weight(index);
+            if row.value.target != target || !(weight > 0.0) {
+                return None;
+            }
             let position = robot.forward(joints).ok()?;
             let by_numbers = rods.turns(robot, (&position, joints))?;
             let computed = UnitQuaternion::new(rods.pose(robot, joints).ok()?.tilt);
@@ -50,7 +53,7 @@ pub(crate) fn orientations(
             let mut own = Orientation::zeros();
             own.fixed_columns_mut::<NUMBERS>(0).copy_from(&by_numbers);
             own.set_column(NUMBERS, &off.scaled_axis());
-            Some((weight?, own))
+            Some((weight, own))
         });
         let own: Vec<_> = own.collect();
         let all = own.iter().map(|(weight, _)| weight).sum::<f64>();

@@ -6,7 +6,7 @@ use super::setup::Setup;
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
 use crate::cores;
-use crate::effects::{At, Course, EffectKind, Platform, USUAL_TURN};
+use crate::effects::{At, Course, EffectKind, Platform};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
 use crate::fit::jointly::stated;
@@ -242,10 +242,8 @@ impl Information {
         let platform = Platform::of(&setup.robot, &setup.targets);
         let course = Course::of(robot, platform, &setup.places, &Readings::of_readings(rows));
         let of_effects: usize = effects.iter().map(|own| own.effect.unknowns()).sum();
-        let rods = setup
-            .robot
-            .parallelograms
-            .filter(|_| rows.iter().any(|own| own.turn.is_some()));
+        let orientation = setup.robot.instruments.orientation_noise;
+        let rods = setup.robot.parallelograms.zip(orientation);
         // How each target is mounted, of which a rotation tells nothing else.
         let (turns, mountings) = rods.map_or((0, 0), |_| (3, 3 * setup.targets.len().max(1)));
         let beyond = of_effects + mountings;
@@ -257,11 +255,6 @@ impl Information {
             Some(unknowns + before.sum::<usize>())
         };
         let tilt = first(EffectKind::Tilt);
-        let orientation = setup
-            .robot
-            .instruments
-            .orientation_noise
-            .unwrap_or(USUAL_TURN);
         let sensitivity = |index: usize| {
             let columns = problem.linearized_at(robot, start, index);
             let mut all =
@@ -288,7 +281,7 @@ impl Information {
                 }
             }
             let row = &rows[index];
-            if let (Some(rods), Some(tilt), Some(_)) = (rods, tilt, row.turn)
+            if let (Some((rods, orientation)), Some(tilt), Some(_)) = (rods, tilt, row.turn)
                 && let Ok(position) = robot.forward(&row.joints)
                 && let Some(by) = rods.turns(robot, (&position, &row.joints))
             {

@@ -2,7 +2,7 @@
 
 use super::request::{Kind, PlanRequest};
 use crate::accuracy::uncertainty::inside;
-use crate::effects::{Places, PlaneFound, PointFound};
+use crate::effects::{Places, PlaneFound, PointFound, USUAL_TURN};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile, Target};
 use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
 use crate::fit::datum::{Datum, motion};
@@ -168,8 +168,7 @@ impl Setup {
 
     /// Whether the instrument reads rotations beside positions.
     fn reads_turns(&self, kind: Kind) -> bool {
-        let stated = self.robot.instruments.orientation_noise.is_some();
-        stated && self.robot.parallelograms.is_some() && kind.coordinates() == [true; 3]
+        self.robot.instruments.orientation_noise.is_some() && kind.coordinates() == [true; 3]
     }
 
     /// The set-up for a request: what the robot file states, and defaults for the rest. `within`: poses in the region.
@@ -264,7 +263,13 @@ impl Setup {
             }
         });
         let mut kinds = ReadingKind::ALL.into_iter();
-        let with_noise = with_noise(robot);
+        let mut with_noise = with_noise(robot);
+        let turns = &mut with_noise.instruments.orientation_noise;
+        if robot.parallelograms.is_none() {
+            *turns = None;
+        } else if named.rows.iter().any(|row| row.value.turn.is_some()) {
+            turns.get_or_insert(USUAL_TURN);
+        }
         let sigma = with_noise.noise.map_or(POSITION, |own| own.position());
         let seen = |frame: RigidTransform<f64>| {
             let each = facts.datum.iter().map(|point| {

@@ -15,4 +15,4 @@ mod tilt;
 pub use calibrate::{calibrate, read_samples};
 pub use refusal::{CalibrateError, Refused};
 pub use report::Report;
-pub(crate) use tilt::NAMED;
+pub(crate) use tilt::{NAMED, unused_rotations};

@@ -10,6 +10,7 @@
 
 mod instrument;
 mod numbers;
+mod orientation;
 mod places;
 mod surface;
 mod tilt;
@@ -17,6 +18,8 @@ mod words;
 
 pub(crate) use instrument::{motion, moved};
 pub(crate) use numbers::turned;
+pub use orientation::OrientationNoise;
+pub(crate) use orientation::{Orientation, USUAL as USUAL_TURN, orientations};
 pub use places::{Places, PlaneFound, PointFound};
 pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
 pub(crate) use tilt::Platform;

@@ -9,6 +9,7 @@ use delta_cal::kinematics::{JointLimits, KinematicsError, SingularityDistance};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Real, Robot};
 use nalgebra::Vector3;
+pub(crate) use parallelograms::rotation;
 pub use parallelograms::{NUMBERS, OF_ARM, Parallelograms, PlatformPose};
 pub use region::Region;
 pub(crate) use region::{below, uniform};

@@ -13,7 +13,9 @@ use crate::accuracy::position_error::PositionError;
 use crate::accuracy::repeats::{Attained, Repeatability};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::calibration::report::FrameReport;
+use crate::calibration::unused_rotations;
 use crate::diagnosis::{Diagnosis, diagnose};
+use crate::effects::orientations;
 use crate::explain::{Step, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
@@ -22,8 +24,8 @@ use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;
 use crate::fit::observations::is_stated;
 use crate::fit::{Case, Frame, Options};
-use crate::geometry::centroid;
-use crate::text::count;
+use crate::geometry::{NUMBERS, centroid};
+use crate::text::{count, degrees};
 pub use comparison::Comparison;
 use delta_cal::frame::RigidTransform;
 pub use interval::{Bounded, Deviation, RmsError, Verdict};
@@ -73,6 +75,9 @@ pub struct Validation {
     pub largest_error: Bounded,
     /// Deviations over all rows, including the instrument's noise.
     pub deviation_mm: PositionError,
+    /// rms and largest angle, degrees, between the measured rotations and those of the calibrated platform, about the mean of
+    /// each target, which is how it is mounted; `None` if no rotation was measured or the rods are not known.
+    pub rotation_deg: Option<[f64; 2]>,
     /// Mean, rms and largest absolute deviation along x, y and z of the robot file and in space, of rows with all three.
     pub axes_mm: Vec<[f64; 3]>,
     /// Pose accuracy and repeatability, if poses were repeated.
@@ -266,6 +271,7 @@ pub fn validate(
         rms_error,
         largest_error: largest(&rows),
         deviation_mm: deviation,
+        rotation_deg: rotations(robot, readings, known.or(fitted).as_ref()),
         axes_mm: if complete.is_empty() {
             Vec::new()
         } else {
@@ -284,6 +290,22 @@ pub fn validate(
         kind: only_kind(readings),
         of_datum: request.frame == Frame::Sensor && !request.stored,
     })
+}
+
+/// rms and largest deviation of the rotations, degrees.
+fn rotations(
+    robot: &RobotFile,
+    readings: &Readings,
+    frame: Option<&RigidTransform<f64>>,
+) -> Option<[f64; 2]> {
+    let rods = robot.parallelograms?;
+    let read = orientations((&robot.robot, &rods), frame, readings, |_| 1.0);
+    let squares = read.iter().map(|own| own.column(NUMBERS).norm_squared());
+    let (sum, most) = squares.fold((0.0, 0.0), |(sum, most), own| {
+        (sum + own, f64::max(most, own))
+    });
+    let mean = sum / read.len() as f64;
+    (!read.is_empty()).then(|| [mean, most].map(|own| degrees(own.sqrt())))
 }
 
 /// A mistake in all rows, and what happened during the measurement; `known`: the frame of the coordinates.
@@ -427,6 +449,7 @@ fn warnings(
         unstated.then(|| {
             "No [noise] stated: every figure includes the instrument's noise, so a robot can pass but not fail.".to_owned()
         }),
+        unused_rotations(robot, readings).map(|own| own.1),
         (robot.sensor_frame.is_some() && frame == Frame::Base).then(|| {
             "[sensor_frame] of the robot file was not used; use --frame sensor if the positions are in that frame.".to_owned()
         }),

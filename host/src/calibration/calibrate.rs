@@ -2,6 +2,7 @@
 
 use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
+use super::tilt::explained_by_rods;
 use crate::accuracy::rigid_motion::degenerate;
 use crate::diagnosis::{
     Diagnosis, FEWEST, MOST_WRONG, beside_the_platform_point, commanded, diagnose, shifted_rows,
@@ -132,7 +133,8 @@ fn refused(
     let hint = diagnosis.is_none().then(|| match objection {
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
-        _ => by_one()
+        _ => explained_by_rods(case)
+            .or_else(by_one)
             .or_else(|| Some(beside_the_platform_point(case)?.text))
             .or_else(|| wrong_rows(case)),
     });

@@ -2,17 +2,21 @@
 
 use crate::accuracy::budget::unmodelled;
 use crate::accuracy::quantiles::median;
+use crate::effects::OrientationNoise;
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use crate::files::samples_file::Readings;
 use crate::finding::{Finding, note, warning};
-use crate::fit::{Case, Solution};
+use crate::fit::{Case, Solution, solve};
 use crate::geometry::{OF_ARM, Parallelograms};
 use crate::judge::Judged;
-use crate::text::{degrees, list, significant};
+use crate::text::{count, degrees, list, significant};
 use delta_cal::{Robot, Sample};
 use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::json;
 
+/// σ of rods that are to explain readings, mm and radians.
+const EXPLAINING: [f64; 2] = [0.3, 0.005];
 /// A point this close to the centre of the platform, mm, is in it.
 const CENTRAL: f64 = 1.0;
 /// Of the poses in the workspace, every so many are looked at.
@@ -27,6 +31,8 @@ pub struct TiltReport {
     pub median_mrad: f64,
     /// The rods of each arm.
     pub arms: Vec<RodsReport>,
+    /// The rotations that were read.
+    pub orientation: Option<OrientationNoise>,
 }
 
 /// The two rods of an arm. The one on the side of t = z × r is the longer one, r being the arm's radial direction.
@@ -80,6 +86,21 @@ pub(super) fn tilt(
     Some(TiltReport {
         median_mrad: tilted(&rods),
         arms: arms.collect(),
+        orientation: solution.orientation,
+    })
+}
+
+/// In how many rows there are rotations that cannot be used because the rods are not known, in a sentence.
+pub(crate) fn unused_rotations(robot: &RobotFile, readings: &Readings) -> Option<(usize, String)> {
+    let rows = readings.rows.iter().filter(|row| row.value.turn.is_some());
+    let rows = rows.count();
+    let unused = rows > 0 && robot.parallelograms.is_none();
+    unused.then(|| {
+        let text = format!(
+            "The rotations rx_deg, ry_deg, rz_deg in {} are not used. State spacing_mm in [parallelogram] to have them used.",
+            count(rows, "row")
+        );
+        (rows, text)
     })
 }
 
@@ -88,9 +109,25 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
     let (robot, solution) = (case.robot, &judged.solution);
     let poses = &judged.poses.inside;
     let Some(stated) = robot.parallelograms else {
+        let unused = unused_rotations(robot, case.readings);
+        found.extend(
+            unused.map(|(rows, text)| warning("rotations_unused", json!({ "rows": rows }), text)),
+        );
         found.extend(unknown(robot, solution, poses));
         return;
     };
+    if let Some(own) = solution.orientation.filter(OrientationNoise::contradicts) {
+        let (used, stated) = (own.used_deg, own.stated_deg.unwrap_or_default());
+        let text = format!(
+            "Rotations scatter by {}°, and orientation_deg states {stated}°. The larger one is used.",
+            significant(used, 2)
+        );
+        found.push(warning(
+            "orientation_noise",
+            json!({ "used_deg": used, "stated_deg": stated }),
+            text,
+        ));
+    }
     let after = RobotFile {
         parallelograms: solution.tilt().map(|own| stated.with_numbers(&own.by)),
         ..robot.with_robot(&solution.robot)
@@ -114,6 +151,28 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
             found.push(warning("rods_differ", figures, text));
         }
     }
+}
+
+/// What to state of rods that would explain readings that Model 24 does not.
+pub(super) fn explained_by_rods(case: &Case<'_>) -> Option<String> {
+    let mut targets = case.robot.instruments.targets.iter();
+    if case.robot.parallelograms.is_some() || targets.all(|own| own.place.norm() <= CENTRAL) {
+        return None;
+    }
+    let rods = Parallelograms {
+        tolerance: EXPLAINING,
+        ..usual(case.robot)
+    };
+    let tilting = RobotFile {
+        parallelograms: Some(rods),
+        ..case.robot.clone()
+    };
+    solve(&tilting, case.readings, &case.options).ok()?;
+    Some(format!(
+        "Rods of an arm that differ by some {} mm and tilt the platform explain these readings: state spacing_mm in \
+         [parallelogram], the distance of the two rods.",
+        rods.tolerance[0]
+    ))
 }
 
 /// Rods of which nothing is known, in the uncertainty budget.

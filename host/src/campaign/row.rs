@@ -155,7 +155,7 @@ fn of_robot(plan: &Plan, cases: &[Case], planned: &Planned, robot: u64) -> Vec<R
             )
         });
         let begin = (!cfg!(target_family = "wasm")).then(Instant::now);
-        let calibrated = calibrate(&plan.robot, case, &simulated.samples);
+        let calibrated = calibrate(&plan.robot, case, &simulated.samples, &simulated.turns);
         let row = RobotResult {
             seconds: begin.map(|begin| begin.elapsed().as_secs_f64()),
             parameter_before_mm: Some(before),

@@ -53,6 +53,8 @@ pub(super) struct SimulatedRobot {
     pub(super) tool: Tool,
     /// Samples, including noise; where the platform tilts, of each target in turn.
     pub(super) samples: Vec<Sample<f64>>,
+    /// The rotation in each sample, radians, if the noise of rotations is stated.
+    pub(super) turns: Vec<Vector3<f64>>,
     /// The exact joint angles of the samples, radians.
     pub(super) measured: Vec<[f64; 3]>,
     /// Joint angles of the held-out poses, radians.
@@ -78,7 +80,8 @@ pub(super) fn simulate(
     }
     let count = case.poses;
     let noise = case.noise();
-    let mut samples = Vec::with_capacity(count);
+    let orientation = plan.robot.instruments.orientation_noise;
+    let (mut samples, mut turns) = (Vec::with_capacity(count), Vec::new());
     let mut measured = Vec::with_capacity(count);
     for index in 0..count {
         let pose = match planned {
@@ -91,12 +94,14 @@ pub(super) fn simulate(
                 None => pose,
                 noise => simulate_sample(&truth, &pose.joints, noise.as_ref(), &mut rng).ok()?,
             };
-            if rods.is_some() {
-                let target = Tool {
-                    place: *place,
-                    parallelograms: rods,
-                };
-                sample.position += target.position(&truth, &pose.joints).ok()? - pose.position;
+            if let Some(rods) = rods {
+                let there = rods.pose(&truth, &pose.joints).ok()?;
+                sample.position += there.of(place) - pose.position;
+                turns.extend(orientation.map(|sigma| {
+                    let noise =
+                        Vector3::from_fn(|_, _| sigma * standard_normal::<f64, _>(&mut rng));
+                    there.tilt + noise
+                }));
             }
             samples.push(sample);
         }
@@ -111,6 +116,7 @@ pub(super) fn simulate(
             ..plan.tool()
         },
         samples,
+        turns,
         measured,
         held_out,
     })

@@ -12,7 +12,7 @@ use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PrepareError,
 };
 use delta_cal::{IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings};
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, Vector3};
 
 /// Covariance of the 24 parameters, in mm, radians and their products.
 type Covariance = SMatrix<f64, 24, 24>;
@@ -50,9 +50,10 @@ pub(super) fn calibrate(
     file: &RobotFile,
     case: &Case,
     samples: &[Sample<f64>],
+    turns: &[Vector3<f64>],
 ) -> Result<Calibrated, Status> {
     if file.parallelograms.is_some() {
-        return tilting(file, case, samples);
+        return tilting(file, case, samples, turns);
     }
     let nominal = &file.robot;
     let settings = Settings::default()
@@ -79,7 +80,12 @@ pub(super) fn calibrate(
 }
 
 /// Where the platform tilts, of each target in turn.
-fn tilting(file: &RobotFile, case: &Case, samples: &[Sample<f64>]) -> Result<Calibrated, Status> {
+fn tilting(
+    file: &RobotFile,
+    case: &Case,
+    samples: &[Sample<f64>],
+    turns: &[Vector3<f64>],
+) -> Result<Calibrated, Status> {
     let robot = RobotFile {
         noise: case.noise().filter(|_| case.weights),
         tolerance: case.tolerance().filter(|_| case.prior),
@@ -93,6 +99,7 @@ fn tilting(file: &RobotFile, case: &Case, samples: &[Sample<f64>]) -> Result<Cal
         line: 0,
         value: Reading {
             target: index % count,
+            turn: turns.get(index).copied(),
             ..Reading::of(sample)
         },
     });

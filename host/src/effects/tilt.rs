@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Platform {
     /// `None` if its rods are not known.
-    rods: Option<Parallelograms>,
+    pub(crate) rods: Option<Parallelograms>,
     /// Where each target is stated to be, mm.
     targets: Vec<Vector3<f64>>,
 }
@@ -28,6 +28,11 @@ impl Platform {
             rods: robot.parallelograms,
             targets,
         }
+    }
+
+    /// How many there are.
+    pub(crate) fn targets(&self) -> usize {
+        self.targets.len()
     }
 
     pub(super) fn target(&self, index: usize) -> Vector3<f64> {

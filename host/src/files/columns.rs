@@ -13,6 +13,8 @@ pub(crate) enum Quantity {
     X,
     Y,
     Z,
+    /// A component of the rotation vector of a target's frame against that of the coordinates: 0, 1 or 2.
+    Turn(usize),
     Height,
     Plane,
     Distance,
@@ -63,13 +65,16 @@ pub(crate) struct ColumnName {
 }
 
 /// The usual name of each quantity comes first.
-const QUANTITIES: [(Quantity, &str, Kind); 24] = [
+const QUANTITIES: [(Quantity, &str, Kind); 27] = [
     (Quantity::Joint(Drive::Rotary, 0), "q1", Kind::Angle),
     (Quantity::Joint(Drive::Rotary, 1), "q2", Kind::Angle),
     (Quantity::Joint(Drive::Rotary, 2), "q3", Kind::Angle),
     (Quantity::X, "x", Kind::Length),
     (Quantity::Y, "y", Kind::Length),
     (Quantity::Z, "z", Kind::Length),
+    (Quantity::Turn(0), "rx", Kind::Angle),
+    (Quantity::Turn(1), "ry", Kind::Angle),
+    (Quantity::Turn(2), "rz", Kind::Angle),
     (Quantity::Height, "height", Kind::Length),
     (Quantity::Plane, "plane", Kind::Name),
     (Quantity::Distance, "distance", Kind::Length),
@@ -116,6 +121,8 @@ const UNITS: [(Unit, Kind, &str); 8] = [
 
 impl Quantity {
     pub(crate) const COORDINATES: [Self; 3] = [Self::X, Self::Y, Self::Z];
+    /// The rotation vector.
+    pub(crate) const TURNS: [Self; 3] = [Self::Turn(0), Self::Turn(1), Self::Turn(2)];
     /// Quantities that can be measured.
     pub(crate) const READINGS: [Self; 5] =
         [Self::X, Self::Y, Self::Z, Self::Height, Self::Distance];
@@ -144,9 +151,12 @@ impl Quantity {
         }
     }
 
-    /// The index of the coordinate.
+    /// The index of the coordinate or of the component of the rotation vector.
     pub(crate) fn axis(self) -> Option<usize> {
-        Self::COORDINATES.iter().position(|own| *own == self)
+        match self {
+            Self::Turn(axis) => Some(axis),
+            own => Self::COORDINATES.iter().position(|axis| *axis == own),
+        }
     }
 
     /// The index of the joint.
@@ -329,7 +339,7 @@ fn mapped(part: &str) -> Result<Mapped, String> {
     let Some(mut name) = ColumnName::recognise(written) else {
         return Err(format!(
             "\"{written}\" is not what a column can hold: that is q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm, \
-             height_mm, plane, distance_mm, point, sigma_mm, u_k2_mm, to_q1_deg, to_q2_deg, to_q3_deg, of a linear drive s1_mm, \
+             rx_deg, ry_deg, rz_deg, height_mm, plane, distance_mm, point, sigma_mm, u_k2_mm, to_q1_deg, to_q2_deg, to_q3_deg, of a linear drive s1_mm, \
              s2_mm, s3_mm, to_s1_mm, to_s2_mm, to_s3_mm, or the same in _rad, _counts, _cm, _m, _um or _in"
         ));
     };

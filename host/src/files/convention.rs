@@ -97,7 +97,7 @@ impl Convention {
 
     pub(crate) fn stated_unit(&self, quantity: Quantity) -> Option<Unit> {
         match quantity.usual_unit() {
-            Unit::Degree => self.joint_unit,
+            Unit::Degree if quantity.joint().is_some() => self.joint_unit,
             Unit::Millimetre => self.length_unit,
             _ => None,
         }

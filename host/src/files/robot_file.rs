@@ -315,6 +315,8 @@ pub struct InstrumentFacts {
     pub height_noise: Option<f64>,
     /// Standard uncertainty of a distance, mm.
     pub distance_noise: Option<f64>,
+    /// Standard uncertainty of each component of a rotation vector, radians.
+    pub orientation_noise: Option<f64>,
     /// Standard uncertainty of a relative error common to all distances between two poses, such as a print's shrinkage.
     pub distance_scale: Option<f64>,
     /// Standard uncertainty of a joint angle, radians, if the file states no noise of positions.

@@ -7,12 +7,13 @@ use super::columns::{Quantity, Unit};
 use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::{ONLY_TARGET, RobotFile};
+use crate::geometry::rotation;
 use crate::halt;
 use crate::text::list;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use delta_cal::{Noise, Sample};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 pub use pairs::Joined;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -87,7 +88,7 @@ pub struct Row<T> {
 /// The content of a samples file: at least one row, with at least one reading in each.
 ///
 /// The columns are `q1_deg, q2_deg, q3_deg` (with linear drives `s1_mm, s2_mm, s3_mm`) and any of `x_mm, y_mm, z_mm`,
-/// `target`, `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
+/// `rx_deg, ry_deg, rz_deg`, `target`, `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
 /// any order, `name`, `repeat`, `approach` and `use`, separated by commas, semicolons, tabs or spaces. Columns whose name starts with `_` are ignored, and so
 /// are lines that start with `#`.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,6 +156,8 @@ pub struct Reading {
     pub shape: Option<Matrix3<f64>>,
     /// Index of the target that was measured.
     pub target: usize,
+    /// Rotation vector of the target's frame against that of the coordinates, radians.
+    pub turn: Option<Vector3<f64>>,
 }
 
 /// Where a distance starts.
@@ -177,6 +180,7 @@ impl Reading {
             sigma: None,
             shape: None,
             target: 0,
+            turn: None,
         }
     }
 
@@ -225,6 +229,7 @@ impl Reading {
             self.joints.map(f64::to_bits),
             self.read().map(number),
             from.map(number),
+            [0, 1, 2].map(|axis| number(self.turn.map(|own| own[axis]))),
             [plane, point, Some(self.target)].map(place),
         )
     }
@@ -486,6 +491,8 @@ impl Readings {
             let sample = row.value.sample();
             let turned = |own: Sample<f64>| by.apply(&own.position).data.0[0].map(Some);
             row.value.position = sample.map_or([None; 3], turned);
+            let turn = row.value.turn.map(UnitQuaternion::new);
+            row.value.turn = turn.map(|own| (rotation(by) * own).scaled_axis());
             let shape = row.value.shape;
             row.value.shape = shape.map(|own| by.rotation * own * by.rotation.transpose());
         }
@@ -626,6 +633,7 @@ impl Readings {
             sigma: sigma(row)?,
             shape: None,
             target: self.target(row),
+            turn: row.turn(robot)?,
         };
         if reading.readings() == 0 && !row.is_unmeasured() {
             return Err(row
@@ -713,6 +721,7 @@ impl Readings {
             for (axis, quantity) in Quantity::COORDINATES.into_iter().enumerate() {
                 own.position[axis] = table.has_any(&[quantity]).then(|| there[axis]);
             }
+            own.turn = table.has_any(&Quantity::TURNS).then(Vector3::zeros);
         } else if table.has_any(&[Quantity::Height]) {
             own.height = Some((index_of(&mut self.planes, ONLY_PLANE), 0.0));
         } else {

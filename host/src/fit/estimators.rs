@@ -256,6 +256,7 @@ impl Task<'_> {
             prior_share: found.prior_share,
             transmissions: instruments.transmission.is_some(),
             noise,
+            orientation: None,
             rows,
             sensitivities,
             effects: Vec::new(),

@@ -15,15 +15,16 @@ use super::datum::Datum;
 use super::observations::{SETTLED, USUAL_TOUCH, is_stated};
 use super::solution::{Sensitivity, Solution, Unsolved};
 use crate::effects::{
-    At, Course, Effect, EffectKind, Estimated, Places, Platform, motion, moved, sigmas_of_bed,
+    At, Course, Effect, EffectKind, Estimated, Orientation, OrientationNoise, Places, Platform,
+    USUAL_TURN, motion, moved, orientations, sigmas_of_bed,
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use crate::geometry::centroid;
+use crate::geometry::{NUMBERS, centroid};
 use crate::halt;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 
 /// σ of an instrument's scale and of a robot's expansion together, if none is stated.
 const USUAL_SCALE: f64 = 1e-5;
@@ -131,6 +132,11 @@ pub(super) fn jointly(
         datum,
         effects,
         height: None,
+        turn: (
+            robot.instruments.orientation_noise.unwrap_or(USUAL_TURN),
+            robot.instruments.orientation_noise,
+        ),
+        orientations: Vec::new(),
     };
     if state.of_bed().is_some() && !is_stated(robot, Kind::Height) {
         state.height = Some(USUAL_TOUCH);
@@ -170,6 +176,7 @@ pub(super) fn jointly(
         if sensor.is_some() {
             (solution.places.frame, solution.places_before.frame) = (sensor, sensor);
         }
+        state.orientations = state.turned(&course, readings, &solution);
         let step = Step::of(&solution, &seen, &course, &state);
         state.own = solution.robot.clone();
         state.found.planes.clone_from(&solution.places.planes);
@@ -182,7 +189,10 @@ pub(super) fn jointly(
             Turn::default()
         };
         let turns = turn.spread > STILL * solution.levels.position.position();
-        let noisier = step.heights.as_ref().is_some_and(|own| !own.settled());
+        let noisier = step.heights.as_ref().is_some_and(|own| !own.settled())
+            || step
+                .orientation
+                .is_some_and(|own| (own.used_deg.to_radians() / state.turn.0).ln().abs() > SETTLED);
         if round < ROUNDS && (turns || narrows || noisier || step.gains()) {
             state.take(&step);
             continue;
@@ -247,6 +257,8 @@ pub(crate) fn of_platform_point(
         },
         datum: None,
         height: None,
+        turn: (USUAL_TURN, None),
+        orientations: Vec::new(),
         effects: stated(
             robot,
             &readings.targets,
@@ -272,6 +284,10 @@ struct State {
     effects: Vec<Estimated>,
     /// σ of heights, if it is estimated together with the shape of the bed.
     height: Option<f64>,
+    /// σ of rotations, and the stated one.
+    turn: (f64, Option<f64>),
+    /// The rotations that were read.
+    orientations: Vec<Orientation>,
 }
 
 impl State {
@@ -304,6 +320,26 @@ impl State {
 
     fn without(&self, course: &Course, readings: &Readings) -> Readings {
         course.without(&self.found, readings, &self.removed())
+    }
+
+    /// The rotations in rows, if the rods are known: with the weights of a solution, in its frame.
+    fn turned(
+        &self,
+        course: &Course,
+        readings: &Readings,
+        solution: &Solution,
+    ) -> Vec<Orientation> {
+        let mut effects = self.effects.iter();
+        let tilt = effects.find(|own| own.effect.kind == EffectKind::Tilt);
+        let Some((rods, tilt)) = self.platform.rods.zip(tilt) else {
+            return Vec::new();
+        };
+        orientations(
+            (&course.robot, &rods.with_numbers(&tilt.by)),
+            solution.places.frame.as_ref(),
+            readings,
+            |row| solution.rows.get(row).map_or(1.0, |own| own.weight),
+        )
     }
 
     /// A first frame of the sensor, in which the robot of the file fits best.
@@ -372,6 +408,16 @@ impl State {
                 }
             }
         }
+        let before = self.effects.iter();
+        let before = before.take_while(|own| own.effect.kind != EffectKind::Tilt);
+        let first = before.map(|own| own.by.len()).sum();
+        for own in self.orientations.iter().flat_map(SMatrix::row_iter) {
+            let mut row = DVector::zeros(number + 1);
+            row.rows_mut(first, NUMBERS)
+                .copy_from(&own.columns(0, NUMBERS).transpose());
+            row[number] = own[NUMBERS];
+            rows.push(row / self.turn.0);
+        }
         DMatrix::from_fn(rows.len(), number + 1, |row, column| rows[row][column])
     }
 
@@ -389,6 +435,9 @@ impl State {
                     *own += more;
                 }
             }
+        }
+        if let Some(own) = &step.orientation {
+            self.turn.0 = own.used_deg.to_radians();
         }
         if let (Some(height), Some(own)) = (self.height, &step.heights) {
             let factor = own.widened * own.variance.sqrt();
@@ -457,6 +506,8 @@ struct Step {
     centre: Vector3<f64>,
     /// The noise of heights and the shape of the bed, if they are estimated.
     heights: Option<Heights>,
+    /// The noise of rotations.
+    orientation: Option<OrientationNoise>,
 }
 
 impl Step {
@@ -549,11 +600,22 @@ impl Step {
         let follows = -(inverted(&robots) * shared);
         let variance = solution.squares() / solution.degrees_of_freedom();
         let variance = if variance > 1.0 { variance } else { 1.0 };
+        let covariance = &inverse * inverse.transpose();
+        let orientation = (!state.orientations.is_empty()).then(|| {
+            let read = own.rows_range(own.nrows() - 3 * state.orientations.len()..);
+            let columns = read.columns(0, number);
+            let residuals = read.column(number) - columns * &by;
+            // The mean over a target's rows says how it is mounted.
+            let targets = course.platform.targets() as f64;
+            let taken = 3.0 * targets + (columns * &covariance * columns.transpose()).trace();
+            let freedom = residuals.len() as f64 - taken;
+            OrientationNoise::of(&residuals, state.turn, freedom)
+        });
         let height = own.nrows().max(number + 1);
         let prior = own.resize_vertically(height, 0.0).qr().unpack_r();
         Self {
             gain: right.norm_squared() / variance,
-            covariance: &inverse * inverse.transpose(),
+            covariance,
             by,
             follows,
             columns,
@@ -563,6 +625,7 @@ impl Step {
             ),
             centre: course.centre,
             heights,
+            orientation,
         }
     }
 
@@ -618,6 +681,7 @@ impl Step {
             }
         }
         solution.effects = effects;
+        solution.orientation = self.orientation;
         let mut noise = solution.noise.iter_mut();
         if let Some(heights) = self.heights
             && let Some(own) = noise.find(|own| own.kind == Kind::Height)

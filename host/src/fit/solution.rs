@@ -1,7 +1,7 @@
 //! The result of an estimator, or why there is none.
 
 use super::{Frame, Method};
-use crate::effects::{EffectKind, Estimated, Places};
+use crate::effects::{EffectKind, Estimated, OrientationNoise, Places};
 use crate::files::samples_file::{Kind, READINGS, Readings};
 use crate::geometry::NUMBERS;
 use delta_cal::calibration::Start;
@@ -160,6 +160,8 @@ pub struct Solution {
     pub levels: Levels,
     /// Noise statistics of each kind of reading in the file.
     pub noise: Vec<KindNoise>,
+    /// The same of rotations, where they are read and the rods known.
+    pub orientation: Option<OrientationNoise>,
     /// Σ log |L| of the rows' covariances.
     pub(crate) log_spread: f64,
     /// Whether the joints' part of the noise was estimated too.

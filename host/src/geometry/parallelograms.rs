@@ -15,10 +15,11 @@
 //! s (t × u) · ω = δl − δs (u · t) + s u · (ψ r + ρ z),        u · δX = −u · (ω × p)
 //! ```
 
+use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Parameter, Real, Robot};
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 
 /// Numbers of an arm: δl and δs in mm, ψ and ρ in radians.
 pub const OF_ARM: usize = 4;
@@ -70,6 +71,11 @@ impl PlatformPose {
         }
         self.position + UnitQuaternion::new(self.tilt) * point
     }
+}
+
+/// From the robot's axes to those of a frame.
+pub(crate) fn rotation(frame: &RigidTransform<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(frame.rotation))
 }
 
 impl Parallelograms {
@@ -168,23 +174,25 @@ impl Parallelograms {
         let forearms = Matrix3::from_rows(&at.arms.each_ref().map(|own| own.along.transpose()));
         let forearms = forearms.try_inverse()?;
         let mut columns = SMatrix::<f64, 3, NUMBERS>::zeros();
-        for (index, own) in at.arms.iter().enumerate() {
-            let along = own.along;
-            let by = [
-                1.0,
-                -along.dot(&own.across),
-                self.spacing * along.dot(&own.radial),
-                self.spacing * along.z,
-            ];
-            for (number, by) in by.into_iter().enumerate() {
-                let turn = at.turns.column(index) * by;
-                let shift = at.arms.each_ref();
-                let shift = shift.map(|own| -own.along.dot(&turn.cross(&own.offset)));
-                let moved = forearms * Vector3::from(shift) + turn.cross(point);
-                columns.set_column(OF_ARM * index + number, &moved);
-            }
+        for (number, turn) in at.turns(self.spacing).column_iter().enumerate() {
+            let shift = at.arms.each_ref();
+            let shift = shift.map(|own| -own.along.dot(&turn.cross(&own.offset)));
+            columns.set_column(
+                number,
+                &(forearms * Vector3::from(shift) + turn.cross(point)),
+            );
         }
         Some(columns)
+    }
+
+    /// To first order, the rotation vector of the platform by each of the twelve numbers: radians per mm or radian. `None`
+    /// if nothing holds the platform's rotation.
+    pub(crate) fn turns(
+        &self,
+        robot: &Robot<f64>,
+        (position, joints): (&Vector3<f64>, &[f64; 3]),
+    ) -> Option<SMatrix<f64, 3, NUMBERS>> {
+        Some(At::of(self, robot, position, joints)?.turns(self.spacing))
     }
 }
 
@@ -204,7 +212,7 @@ struct ArmAt {
 /// The arms at a pose, and the rotation of the platform by each arm's right-hand side.
 struct At {
     arms: [ArmAt; 3],
-    turns: Matrix3<f64>,
+    by_arms: Matrix3<f64>,
 }
 
 impl At {
@@ -238,8 +246,22 @@ impl At {
         if !(rows.determinant().abs() > UNHELD) {
             return None;
         }
-        let turns = (rows * own.spacing).try_inverse()?;
-        Some(Self { arms, turns })
+        let by_arms = (rows * own.spacing).try_inverse()?;
+        Some(Self { arms, by_arms })
+    }
+
+    /// The rotation of the platform by each of the twelve numbers.
+    fn turns(&self, spacing: f64) -> SMatrix<f64, 3, NUMBERS> {
+        SMatrix::from_fn(|axis, number| {
+            let (arm, along) = (number / OF_ARM, self.arms[number / OF_ARM].along);
+            let by = match number % OF_ARM {
+                0 => 1.0,
+                1 => -along.dot(&self.arms[arm].across),
+                2 => spacing * along.dot(&self.arms[arm].radial),
+                _ => spacing * along.z,
+            };
+            self.by_arms[(axis, arm)] * by
+        })
     }
 }
 
@@ -248,7 +270,7 @@ mod tests {
     use super::{NUMBERS, Parallelograms};
     use delta_cal::kinematics::KinematicsError;
     use delta_cal::{ArmIndex, Robot, SymmetricRobot};
-    use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+    use nalgebra::{DMatrix, DVector, Vector3};
 
     fn rods(numbers: &[f64]) -> Parallelograms {
         let none = Parallelograms {
@@ -273,35 +295,6 @@ mod tests {
     const NUMBERS_OF_TEST: [f64; NUMBERS] = [
         0.11, -0.07, 0.002, 0.001, -0.05, 0.09, -0.001, 0.003, 0.02, 0.12, 0.0015, -0.002,
     ];
-
-    /// Positions of the six rods' ends as a drawing has them, with cartesian coordinates and nothing shifted.
-    #[test]
-    fn six_rods_have_their_lengths() {
-        let (robot, own) = (robot(), rods(&NUMBERS_OF_TEST));
-        for joints in [[0.1, 0.3, -0.2], [0.6, 0.2, 0.5]] {
-            let pose = own.pose(&robot, &joints).unwrap();
-            for (arm, n) in own.numbers.iter().enumerate() {
-                let turn = Rotation3::from_axis_angle(
-                    &Vector3::z_axis(),
-                    arm as f64 * 120_f64.to_radians(),
-                );
-                let elbow = Vector3::new(
-                    194.0 + 260.0 * joints[arm].cos(),
-                    0.0,
-                    -260.0 * joints[arm].sin(),
-                );
-                for side in [1.0, -1.0] {
-                    let axis = Vector3::new(n[2], 1.0, n[3]) * (side * 30.0);
-                    let to = Vector3::new(30.0, side * (60.0 + n[1]) / 2.0, 0.0);
-                    let rod = pose.of(&(turn * to)) - turn * (elbow + axis);
-                    assert!(
-                        (rod.norm() - 480.0 - side * n[0] / 2.0).abs() < 1e-9,
-                        "{rod}"
-                    );
-                }
-            }
-        }
-    }
 
     /// Central differences of the exact pose.
     #[test]

@@ -13,6 +13,7 @@ use crate::fit::jointly::stated;
 use crate::fit::observations::{instruments, levels, row, tolerance};
 use crate::fit::solution::{MOST, OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Unsolved};
+use crate::geometry::NUMBERS;
 use delta_cal::observations::ObservationProblem;
 use delta_cal::simulate::made_robot;
 use delta_cal::{Robot, Sample, Settings};
@@ -196,6 +197,8 @@ pub(super) struct Information {
     of_robot: [Option<usize>; OF_ROBOT],
 }
 
+/// σ of a mounting of which nothing is known, radians.
+const ANY_MOUNTING: f64 = 1.0;
 /// σ of what is exact, mm.
 const LEAST_SIGMA: f64 = 1e-6;
 
@@ -238,15 +241,32 @@ impl Information {
         let effects = stated(&setup.robot, &setup.targets, measured, frame);
         let platform = Platform::of(&setup.robot, &setup.targets);
         let course = Course::of(robot, platform, &setup.places, &Readings::of_readings(rows));
-        let beyond: usize = effects.iter().map(|own| own.effect.unknowns()).sum();
+        let of_effects: usize = effects.iter().map(|own| own.effect.unknowns()).sum();
+        let orientation = setup.robot.instruments.orientation_noise;
+        let rods = setup.robot.parallelograms.zip(orientation);
+        // How each target is mounted, of which a rotation tells nothing else.
+        let (turns, mountings) = rods.map_or((0, 0), |_| (3, 3 * setup.targets.len().max(1)));
+        let beyond = of_effects + mountings;
         let start = problem.start_unknowns();
+        // The first unknown of an effect.
+        let first = |kind: EffectKind| {
+            let index = effects.iter().position(|own| own.effect.kind == kind)?;
+            let before = effects[..index].iter().map(|own| own.effect.unknowns());
+            Some(unknowns + before.sum::<usize>())
+        };
+        let tilt = first(EffectKind::Tilt);
         let sensitivity = |index: usize| {
             let columns = problem.linearized_at(robot, start, index);
-            let mut all = DMatrix::from_fn(unknowns + beyond, READINGS, |unknown, reading| {
-                columns.map_or(0.0, |columns| {
-                    columns.get(unknown).map_or(0.0, |own| own[reading])
-                })
-            });
+            let mut all =
+                DMatrix::from_fn(unknowns + beyond, READINGS + turns, |unknown, reading| {
+                    columns.map_or(0.0, |columns| {
+                        columns
+                            .get(unknown)
+                            .and_then(|own| own.get(reading))
+                            .copied()
+                            .unwrap_or_default()
+                    })
+                });
             let by_positions = problem.by_positions_at(robot, start, index);
             for (by_position, joints) in by_positions.iter().flatten().zip(rows[index].poses()) {
                 let Some(at) = joints.and_then(|joints| At::new(robot, &joints)) else {
@@ -260,6 +280,20 @@ impl Information {
                     }
                 }
             }
+            let row = &rows[index];
+            if let (Some((rods, orientation)), Some(tilt), Some(_)) = (rods, tilt, row.turn)
+                && let Ok(position) = robot.forward(&row.joints)
+                && let Some(by) = rods.turns(robot, (&position, &row.joints))
+            {
+                let mounting = unknowns + of_effects + 3 * row.target;
+                for axis in 0..3 {
+                    let mut column = all.column_mut(READINGS + axis);
+                    column
+                        .rows_mut(tilt, NUMBERS)
+                        .copy_from(&(by.row(axis).transpose() / orientation));
+                    column[mounting + axis] = 1.0 / orientation;
+                }
+            }
             all
         };
         let units = DVector::from_fn(unknowns + beyond, |unknown, _| {
@@ -270,13 +304,6 @@ impl Information {
             }
         });
         let robots = setup.robot_unknowns();
-        // The first unknown of an effect.
-        let first = |kind: EffectKind| {
-            let index = effects.iter().position(|own| own.effect.kind == kind)?;
-            let before = effects[..index].iter().map(|own| own.effect.unknowns());
-            Some(unknowns + before.sum::<usize>())
-        };
-        let tilt = first(EffectKind::Tilt);
         let of_robot = std::array::from_fn(|own| match own {
             WITH_TRANSMISSIONS.. => tilt.map(|first| first + own - WITH_TRANSMISSIONS),
             own => (own < robots).then_some(own),
@@ -288,7 +315,8 @@ impl Information {
             let least = if row == column { least } else { 0.0 };
             prior.information(row, column) + least
         });
-        let sigmas = effects.iter().flat_map(|own| &own.sigma);
+        let sigmas = effects.iter().flat_map(|own| own.sigma.iter().copied());
+        let sigmas = sigmas.chain(std::iter::repeat_n(ANY_MOUNTING, mountings));
         for (place, sigma) in (unknowns..).zip(sigmas) {
             // Where one target is in a free frame is the frame's place.
             prior[(place, place)] = sigma.max(LEAST_SIGMA).powi(-2);

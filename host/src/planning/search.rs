@@ -306,15 +306,11 @@ impl<'a> Search<'a> {
         }
         let from = other.map(|other| ReadingFrom::Pose(other.joints));
         let from = from.or(point.map(|_| ReadingFrom::Point(instrument)));
+        let planned = setup.planned(kind, instrument, &pose);
         let asked = Reading {
-            position: kind.coordinates().map(|read| read.then_some(0.0)),
             height: plane.map(|_| (instrument, 0.0)),
             distance: from.map(|from| (from, 1.0)),
-            target: match kind {
-                Kind::Position(_) => instrument,
-                _ => 0,
-            },
-            ..Reading::at(pose.joints)
+            ..planned.reading
         };
         let convention = &setup.robot.convention;
         Some(Planned {
@@ -323,7 +319,7 @@ impl<'a> Search<'a> {
             block_mm: block.filter(|_| plane.is_some()),
             point: point.map(|point| point.name.clone()),
             reading: setup.read(&setup.robot.robot, &asked),
-            ..setup.planned(kind, instrument, &pose)
+            ..planned
         })
     }
 

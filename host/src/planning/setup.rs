@@ -3,7 +3,7 @@
 use super::request::{Kind, PlanRequest};
 use crate::accuracy::rigid_motion;
 use crate::accuracy::uncertainty::inside;
-use crate::effects::{Places, PlaneFound, PointFound};
+use crate::effects::{Places, PlaneFound, PointFound, USUAL_TURN};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile, Target};
 use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
 use crate::fit::datum::Datum;
@@ -12,7 +12,7 @@ use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
 use crate::order;
-use crate::text::{in_words, joint, rounded};
+use crate::text::{degrees, in_words, joint, rounded};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
@@ -144,6 +144,7 @@ impl Setup {
         let asked = Reading {
             position: kind.coordinates().map(|read| read.then_some(0.0)),
             target,
+            turn: self.reads_turns(kind).then(Vector3::zeros),
             ..Reading::at(pose.joints)
         };
         let named = name.filter(|name| matches!(kind, Kind::Position(_)) && *name != ONLY_TARGET);
@@ -161,6 +162,11 @@ impl Setup {
             point: None,
             reading: self.read(&self.robot.robot, &asked),
         }
+    }
+
+    /// Whether the instrument reads rotations beside positions.
+    fn reads_turns(&self, kind: Kind) -> bool {
+        self.robot.instruments.orientation_noise.is_some() && kind.coordinates() == [true; 3]
     }
 
     /// The set-up for a request: what the robot file states, and defaults for the rest. `within`: poses in the region.
@@ -255,7 +261,13 @@ impl Setup {
             }
         });
         let mut kinds = ReadingKind::ALL.into_iter();
-        let with_noise = with_noise(robot);
+        let mut with_noise = with_noise(robot);
+        let turns = &mut with_noise.instruments.orientation_noise;
+        if robot.parallelograms.is_none() {
+            *turns = None;
+        } else if named.rows.iter().any(|row| row.value.turn.is_some()) {
+            turns.get_or_insert(USUAL_TURN);
+        }
         let sigma = with_noise.noise.map_or(POSITION, |own| own.position());
         let seen = |frame: RigidTransform<f64>| {
             let each = facts.datum.iter().map(|point| {
@@ -422,6 +434,14 @@ impl Setup {
                 let sigma = self.robot.sigma(kind);
                 kinds.extend(sigma.map(|sigma| format!("{} {sigma} mm", kind.plural())));
             }
+        }
+        if let Some(own) = self
+            .robot
+            .instruments
+            .orientation_noise
+            .filter(|_| planned.iter().any(|own| own.reading.turn.is_some()))
+        {
+            kinds.push(format!("rotations {}°", rounded(degrees(own))));
         }
         let drive = self.robot.robot.drive();
         let joint = noise.map_or(0.0, |own| joint::in_file(drive, own.joint()));

@@ -7,7 +7,7 @@ use crate::fit::Solution;
 use crate::geometry::{NUMBERS, OF_ARM, Parallelograms};
 use crate::import::{Firmware, Imported, OF_PROBE};
 use crate::text::significant;
-use nalgebra::{RowSVector, Vector2, Vector3};
+use nalgebra::{Matrix2, RowSVector, Vector2, Vector3};
 use serde::Serialize;
 
 /// Places around the rim.
@@ -34,6 +34,8 @@ pub struct Effector {
 pub struct Differing {
     /// The tower, as its controller calls it.
     pub tower: &'static str,
+    /// Towers whose rods explain the touches as well.
+    pub or_towers: Vec<&'static str>,
     /// The tower towards which the effector is lower.
     pub towards: &'static str,
     /// By how much they differ, and one σ of it, mm.
@@ -76,22 +78,42 @@ impl Effector {
         let count = columns.len().max(1) as f64;
         let mean = columns.iter().sum::<RowSVector<f64, NUMBERS>>() / count;
         let numbers = found.places();
-        let covariance = solution.covariance.view(
+        let of_numbers = solution.covariance.view(
             (numbers.start, numbers.start),
             (numbers.len(), numbers.len()),
         );
         let variance = columns.iter().map(|own| {
             let own = own - mean;
-            (own * covariance * own.transpose())[(0, 0)]
+            (own * of_numbers * own.transpose())[(0, 0)]
         });
         let towers = match imported.firmware {
             Firmware::Klipper => ["A", "B", "C"],
             _ => ["X", "Y", "Z"],
         };
+        // The difference of an arm's rods and its σ if of them, and of another arm's, nothing is known but the readings.
+        let shown = |arm: usize, other: usize| {
+            let places = [arm, other].map(|own| numbers.start + OF_ARM * own);
+            let own = Matrix2::from_fn(|row, column| match (row == column, arm == other) {
+                (false, true) => 0.0,
+                _ => solution.covariance[(places[row], places[column])],
+            });
+            let found = Vector2::new(rods.numbers[arm][0], rods.numbers[other][0]);
+            let open = Matrix2::from_diagonal_element(rods.tolerance[0].powi(-2));
+            let own = own.try_inverse()?;
+            let left = (own - open).try_inverse()?;
+            let difference = (left * own * found).x;
+            let sigma = left.m11.sqrt();
+            Some((difference, sigma)).filter(|_| difference.abs() > NAMED * sigma)
+        };
+        let size = |arm: usize| shown(arm, arm).map_or(0.0, |(own, sigma)| own.abs() / sigma);
+        let others = |arm: usize| (0..3).filter(move |other| *other != arm);
+        // Without what is left of an arm beside another one, that one explains it.
+        let instead = |arm: usize| {
+            others(arm).filter(move |other| shown(arm, *other).is_none() && size(*other) > 0.0)
+        };
         let named = |arm: usize| {
-            let (difference, place) = (rods.numbers[arm][0], numbers.start + OF_ARM * arm);
-            let sigma = solution.covariance[(place, place)].sqrt();
-            if !(difference.abs() > NAMED * sigma) {
+            let (difference, sigma) = shown(arm, arm)?;
+            if instead(arm).any(|other| size(other) > size(arm)) {
                 return None;
             }
             let mut alone = rods.with_numbers(&[0.0; NUMBERS]);
@@ -104,6 +126,7 @@ impl Effector {
             let lowest = (0..3).max_by(|a, b| towards(a).total_cmp(&towards(b)))?;
             Some(Differing {
                 tower: towers[arm],
+                or_towers: instead(arm).map(|other| towers[other]).collect(),
                 towards: towers[lowest],
                 difference_mm: difference.abs(),
                 sigma_mm: sigma,
@@ -124,14 +147,22 @@ impl Effector {
     /// In sentences.
     pub(super) fn notes(&self, spacing: f64) -> Vec<String> {
         let differing = self.rods.iter().map(|own| {
+            let [size, sigma] = [significant(own.difference_mm, 2), significant(own.sigma_mm, 1)];
+            if !own.or_towers.is_empty() {
+                return format!(
+                    "The effector tilts: the two rods of tower {} or {} differ, by {size} ± {sigma} mm if they are those of {} \
+                     (with rods {spacing:.0} mm apart). Measure these pairs of rods, and match them.",
+                    own.tower,
+                    own.or_towers.join(" or "),
+                    own.tower
+                );
+            }
             format!(
-                "The effector tilts towards tower {} by {} mrad at the rim: the two rods of tower {} differ by {} ± {} mm \
+                "The effector tilts towards tower {} by {} mrad at the rim: the two rods of tower {} differ by {size} ± {sigma} mm \
                  (with rods {spacing:.0} mm apart). Exchange or match them.",
                 own.towards,
                 significant(own.tilt_mrad, 2),
                 own.tower,
-                significant(own.difference_mm, 2),
-                significant(own.sigma_mm, 1),
             )
         });
         let shown = self.probe_bias_rms_mm > NAMED * self.probe_bias_sigma_mm;

@@ -200,6 +200,11 @@ pub fn csv(planned: &[Planned], convention: &Convention) -> String {
             column(name, &empty);
         }
     }
+    if has(&|own| own.reading.turn.is_some()) {
+        for own in Quantity::TURNS {
+            column(&convention.column(own), &empty);
+        }
+    }
     if heights {
         column(&convention.column(Quantity::Height), &empty);
     }

@@ -245,8 +245,12 @@ fn measured(found: &Validation) -> String {
         format!("{:.0} to {:.0}", low.round() + 0.0, high.round() + 0.0).replace('-', "−")
     });
     let [x, y, z] = ranges;
+    let rotations = found.rotation_deg.map_or_else(String::new, |[rms, most]| {
+        let [rms, most] = [rms, most].map(|own| significant(own, 2));
+        format!(" Rotations deviate by {rms}° rms, {most}° at most.")
+    });
     format!(
-        "Deviations as measured: {} mm rms, {} mm at most{line}. {noise}. {} within x {x}, y {y}, z {z} mm.",
+        "Deviations as measured: {} mm rms, {} mm at most{line}. {noise}. {} within x {x}, y {y}, z {z} mm.{rotations}",
         significant(deviation.rms, 3),
         significant(deviation.max, 3),
         count(found.pose_count, "pose"),

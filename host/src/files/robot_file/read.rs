@@ -251,7 +251,7 @@ impl RobotFile {
         let drive = self.robot.drive();
         let key = joint::key("joint", drive);
         let keys = format!(
-            "position_mm height_mm distance_mm distance_scale oversize_mm scale bed_mm {key}"
+            "position_mm height_mm distance_mm orientation_deg distance_scale oversize_mm scale bed_mm {key}"
         );
         let Some(own) = file.section("noise", &keys)? else {
             return Ok(());
@@ -261,6 +261,8 @@ impl RobotFile {
         let facts = &mut self.instruments;
         facts.height_noise = own.optional_positive("height_mm")?;
         facts.distance_noise = own.optional_positive("distance_mm")?;
+        let orientation = own.optional_positive("orientation_deg")?;
+        facts.orientation_noise = orientation.map(f64::to_radians);
         facts.distance_scale = own.optional_positive("distance_scale")?;
         facts.scale = own.optional_positive("scale")?;
         facts.oversize = own.optional_positive("oversize_mm")?;

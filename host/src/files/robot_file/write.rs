@@ -158,6 +158,7 @@ impl RobotFile {
         }
         file.optional("height_mm", facts.height_noise);
         file.optional("distance_mm", facts.distance_noise);
+        file.optional("orientation_deg", facts.orientation_noise.map(degrees));
         file.optional("distance_scale", facts.distance_scale);
         file.optional("oversize_mm", facts.oversize);
         file.optional("scale", facts.scale);

@@ -8,6 +8,7 @@ use crate::files::robot_file::RobotFile;
 use crate::halt;
 use crate::text::{count, decimal_comma, list};
 use csv::{ReaderBuilder, StringRecord};
+use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -16,7 +17,7 @@ use std::f64::consts::TAU;
 const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
                      _um, _in), or in place of the last three height_mm,plane or \
                      distance_mm,point or distance_mm,to_q1_deg,to_q2_deg,to_q3_deg, in any \
-                     order, and sigma_mm or u_k2_mm (k = 2), the uncertainty of the row; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
+                     order, rx_deg,ry_deg,rz_deg beside a position, and sigma_mm or u_k2_mm (k = 2), the uncertainty of the row; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
                      to_q1_deg…; the program ignores columns whose name begins with _";
 
 /// Columns that say something of a row beside its numbers.
@@ -408,7 +409,8 @@ impl<'a> Table<'a> {
                 .with_remedy(PLAIN));
         }
         let mut columns = self.columns.iter();
-        match columns.find(|own| own.quantity.is_angle() && !own.stated) {
+        let unstated = |own: &&Column| own.quantity.joint().is_some() && !own.stated;
+        match columns.find(|own| own.quantity.is_angle() && unstated(own)) {
             Some(column) if numbers.angle <= TAU => Err(self.without_unit(
                 *column,
                 "its unit is not stated, and no angle is so large that it must be in degrees",
@@ -706,6 +708,23 @@ impl TableRow<'_> {
         (0..cells).any(|place| self.record.is_unmeasured(place))
     }
 
+    /// The rotation vector in radians, if the row has one. Its unit matters where the robot's rods are known.
+    pub(super) fn turn(&self, robot: &RobotFile) -> Result<Option<Vector3<f64>>, InputError> {
+        if !Quantity::TURNS.iter().any(|own| self.holds(*own)) {
+            return Ok(None);
+        }
+        if !Quantity::COORDINATES.iter().all(|own| self.holds(*own)) {
+            let cause = "the row has a rotation and not all of x, y and z";
+            return Err(self.fault_of(Quantity::TURNS[0], cause));
+        }
+        for column in Quantity::TURNS.map(|own| self.table.column(own)) {
+            if let Some(own) = column.filter(|own| !own.stated && robot.parallelograms.is_some()) {
+                return Err(self.table.without_unit(own, "its unit is not stated"));
+            }
+        }
+        Ok(Some(self.numbers(Quantity::TURNS)?.into()))
+    }
+
     /// Joint angles in radians or travels in mm, within the limits plus a margin.
     pub(super) fn joints(&self, robot: &RobotFile) -> Result<[f64; 3], InputError> {
         self.joints_in(Quantity::joints(robot.limits.drive()), robot)
@@ -747,7 +766,7 @@ impl TableRow<'_> {
             None => numbers.read(self.line, column.place, &field()),
         };
         let read = read.and_then(|value| {
-            if quantity.is_angle() && !column.stated {
+            if quantity.joint().is_some() && quantity.is_angle() && !column.stated {
                 numbers.angle = numbers.angle.max(value.abs());
             }
             let value = self.table.convention.inwards(quantity, column.unit, value);

@@ -433,7 +433,18 @@ fn tilt(own: &TiltReport) -> Section {
         "Rods: the platform tilts by {} mrad, median over the workspace",
         significant(own.median_mrad, 2)
     );
-    Section::new(title).table(table)
+    let section = Section::new(title).table(table);
+    let Some(read) = &own.orientation else {
+        return section;
+    };
+    let shown = read.shown_deg.map_or_else(String::new, |own| {
+        format!("; residuals show {}°", significant(own, 2))
+    });
+    section.note(format!(
+        "Rotations of {} with σ {}°{shown}.",
+        count(read.rows, "row"),
+        significant(read.used_deg, 2),
+    ))
 }
 
 pub(super) fn next(report: &Report) -> Option<Section> {

@@ -255,14 +255,14 @@ fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
 
 /// Points of a solid cylinder, including its surface.
 fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f64>> {
-    (0..120 * 3 * 15).map(move |number| {
+    (0..180 * 7 * 21).map(move |number| {
         let part = |count: u32, number: u32| f64::from(number) / f64::from(count);
-        let (sin, cos) = (TAU * part(120, number / 45)).sin_cos();
-        let r = 0.5 * diameter * part(2, number / 15 % 3);
+        let (sin, cos) = (TAU * part(180, number / 147)).sin_cos();
+        let r = 0.5 * diameter * part(6, number / 21 % 7);
         Vector3::new(
             r * cos,
             r * sin,
-            bottom + (top - bottom) * part(14, number % 15),
+            bottom + (top - bottom) * part(20, number % 21),
         )
     })
 }

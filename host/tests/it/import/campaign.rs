@@ -360,7 +360,7 @@ pub(super) fn reported(
 fn imported(text: &str, stated: &Stated) -> Imported {
     let input = InputText::new("printer.cfg", text);
     let own = Firmware::Klipper.import(&input, stated, &|_, _| Ok(Vec::new()));
-    own.unwrap().with_prints(stated).unwrap()
+    own.unwrap().with_prints(stated, &[]).unwrap()
 }
 
 /// Errors of height, size, x and y with the program's lines, after Klipper's basic fit, and after its extended one.

@@ -220,16 +220,9 @@ impl Machine {
         let [now, then] = [configured.home(), own.home()];
         let robot = own.robot(name, [0.0; 3])?;
         let shift = [0, 1, 2].map(|tower| now[tower] - then[tower]);
-        // The configured radius belongs to the configured rods.
-        let [_, rods @ ..] = configured.first(stated);
-        let replaced = (own.rods.iter().sum::<f64>() - rods.iter().sum::<f64>()) / 3.0;
-        let radius = match stated.radius {
-            Some(_) => stated.radius_sigma.unwrap_or(COMMON_RADIUS),
-            None => COMMON_RADIUS.hypot(replaced),
-        };
         let tolerance = Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
             .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
-            .and_then(|own| own.with_radius(radius))
+            .and_then(|own| own.with_radius(stated.radius_sigma.unwrap_or(COMMON_RADIUS)))
             .and_then(|own| own.with_forearm(stated.rods_sigma.unwrap_or(COMMON_ROD)));
         let usual = USUAL_BED * configured.radius;
         Ok(Self {

@@ -51,7 +51,7 @@ pub(crate) fn contradicting(
 const LEAST_TOUCHES: usize = 6;
 /// The others agree with the configuration to this, mm rms, as those of a calibrated printer do; a bad one is off by so
 /// many times as much, and never by less than that many times the usual noise.
-const AGREE: f64 = 0.06;
+const AGREE: f64 = 0.045;
 const BAD: f64 = 6.0;
 const TOUCH: f64 = 0.02;
 

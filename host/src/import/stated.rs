@@ -83,11 +83,8 @@ impl Table {
         let lines = (1..).zip(text.lines().map(str::trim));
         let mut lines = lines.filter(|(_, own)| !own.is_empty() && !own.starts_with('#'));
         let header = lines.next().map_or("", |(_, own)| own);
-        let marks = [';', '\t'].into_iter();
-        let mark = marks
-            .filter(|own| header.contains(*own))
-            .next()
-            .unwrap_or(',');
+        let mut marks = [';', '\t'].into_iter();
+        let mark = marks.find(|own| header.contains(*own)).unwrap_or(',');
         let cells = |line: &str| -> Vec<String> {
             let cells = line.split(mark).map(|own| own.trim().trim_matches('"'));
             cells.map(str::to_owned).collect()

@@ -29,7 +29,8 @@ use std::path::Path;
 pub type Includes<'a> = dyn Fn(&str, &str) -> Result<Vec<InputText>, InputError> + 'a;
 
 /// A firmware with Delta kinematics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Firmware {
     /// `printer.cfg`.
     Klipper,
@@ -84,6 +85,16 @@ impl Firmware {
         }
     }
 
+    /// What it calls the length of a rotary robot's forearms.
+    pub(crate) const fn forearm(self) -> &'static str {
+        match self {
+            Self::Klipper => "lower_arm_length",
+            Self::FluidNc => "linkage_mm",
+            Self::GrblHal => "Forearm length",
+            Self::RepRapFirmware | Self::Marlin => "M669 L",
+        }
+    }
+
     /// The firmware of a configuration, if it is evident.
     pub(crate) fn wrote(input: &InputText) -> Option<Self> {
         let mut lines = input.text().lines().map(str::trim_start);
@@ -128,6 +139,9 @@ impl Firmware {
     pub fn of(input: &InputText) -> Result<Self, InputError> {
         if let Some(own) = Self::wrote(input) {
             return Ok(own);
+        }
+        if let Some(error) = gcode::of_smoothieware(input) {
+            return Err(error);
         }
         let (cause, remedy) = if input.text().contains("M665") {
             (

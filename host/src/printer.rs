@@ -57,7 +57,7 @@ pub fn read(
     {
         printer = touched;
     }
-    printer = printer.with_lengths(&of_prints)?.with_prints(stated)?;
+    printer = printer.with_prints(stated, &of_prints)?;
     if printer.readings.rows.is_empty() {
         return Err(printer.without_readings().into());
     }

@@ -245,7 +245,7 @@ pub(crate) fn import_<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (text, firmware, stated) = configuration(path, firmware, stated)?;
     let found = firmware.import(&text, &stated, &included);
-    let found = found.and_then(|own| own.with_prints(&stated));
+    let found = found.and_then(|own| own.with_prints(&stated, &[]));
     let found = found.map_err(|error| input_error(&error, false))?;
     let robot = Robot::of_text(InputText::new(&found.robot.name, &found.robot_text()))?;
     let samples = match found.samples_text() {

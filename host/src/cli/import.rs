@@ -123,7 +123,7 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
     let firmware = firmware.unwrap_or(Firmware::Klipper);
     let input = configuration(&arguments.file)?;
     let imported = firmware.import(&input, &stated, &includes)?;
-    let imported = imported.with_prints(&stated)?;
+    let imported = imported.with_prints(&stated, &[])?;
     let folder = arguments.folder.as_path();
     let (robot, samples) = (folder.join("robot.toml"), folder.join("samples.csv"));
     let samples_text = imported.samples_text();

@@ -16,6 +16,9 @@ use statrs::function::gamma::ln_gamma;
 const USUAL_FREEDOM: f64 = 3.0;
 /// Fewest degrees of freedom that can tell a noise without prior.
 const LEAST_FREEDOM: f64 = 2.5;
+/// The median σ of heights, mm, and the factor to either side that is one σ of its logarithm: probes and beds differ by more than
+/// callipers do.
+const HEIGHTS: (f64, f64) = (0.015, 3.0);
 const ROUNDS: u32 = 60;
 /// A σ below this fraction of the forearm is rounding error.
 const ROUNDING: f64 = 1e-11;
@@ -35,7 +38,12 @@ const SHOWN: f64 = 2.0;
 /// σₖ² ← (Σ rₖ² + ν₀ s₀²)/(νₖ + ν₀)
 /// ```
 ///
-/// s₀ and ν₀ are typical of such readings; coordinates have no typical value.
+/// s₀ and ν₀ are typical of such readings; coordinates have no typical value. The σ of heights is log-normal about s₀ by
+/// a factor f, of which this is the most likely:
+///
+/// ```text
+/// Σ rₖ²/σₖ² − νₖ = ln(σₖ/s₀)/ln² f
+/// ```
 ///
 /// # Errors
 /// Readings that do not determine the robot.
@@ -142,6 +150,16 @@ fn next(own: &mut KindNoise) -> Result<f64, Unsolved> {
     own.known = own.freedom + worth;
     if !(own.known > LEAST_FREEDOM) {
         return Err(Unsolved::NoRedundancy);
+    }
+    if own.kind == Kind::Height {
+        let (tight, off) = (HEIGHTS.1.ln().powi(-2), (own.sigma / HEIGHTS.0).ln());
+        let mut by = 0.0;
+        for _ in 0..ROUNDS {
+            let squares = own.squares * f64::exp(-2.0 * by);
+            let over = squares - own.freedom - tight * (off + by);
+            by += (over / (2.0 * squares + tight)).min(1.0);
+        }
+        return Ok(f64::exp(by));
     }
     let squares = own.squares + worth * (usual / own.sigma).powi(2);
     Ok((squares / own.known).sqrt())

@@ -10,6 +10,7 @@
 //! a table          x_mm,y_mm,height_mm      of the nozzle on paper: x_mm,y_mm,paper_mm
 //! ```
 
+use super::stated::{Table, finite};
 use super::{Imported, OF_PROBE};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, Readings, Row};
@@ -226,34 +227,21 @@ fn numbers(text: &str, marks: &[char]) -> Option<Vec<f64>> {
         .split(marks)
         .map(str::trim)
         .filter(|own| !own.is_empty());
-    parts
-        .map(|own| own.parse().ok().filter(|own: &f64| own.is_finite()))
-        .collect()
+    parts.map(finite).collect()
 }
 
-/// A table `x_mm,y_mm,height_mm` or `x_mm,y_mm,paper_mm`: places of the nozzle. Between semicolons or tabs, commas are
-/// decimal ones.
+/// A table `x_mm,y_mm,height_mm` or `x_mm,y_mm,paper_mm`: places of the nozzle.
 fn table(name: &str, content: &str) -> Result<Option<Vec<Touch>>, InputError> {
-    let mut lines = (1..).zip(content.lines()).filter(|(_, own)| {
-        let own = own.trim();
-        !own.is_empty() && !own.starts_with('#')
-    });
-    let header = lines.next().map_or("", |(_, own)| own);
-    let mark = [';', '\t'].into_iter().find(|own| header.contains(*own));
-    let mark = mark.unwrap_or(',');
-    let names: Vec<_> = header.split(mark).map(str::trim).collect();
+    let Table { header, rows } = Table::of(content);
+    let names: Vec<_> = header.iter().map(String::as_str).collect();
     let named = match names.as_slice() {
         ["x_mm", "y_mm", "height_mm"] => Named::Nozzle,
         ["x_mm", "y_mm", "paper_mm"] => Named::Paper,
         _ => return Ok(None),
     };
-    let touch = |(line, own): (u64, &str)| {
-        let own = if mark == ',' {
-            own.to_owned()
-        } else {
-            own.replace(',', ".")
-        };
-        let at = numbers(&own, &[mark]).and_then(|own| own.try_into().ok());
+    let touch = |(line, cells): (u64, Vec<String>)| {
+        let at: Option<Vec<_>> = cells.iter().map(|own| finite(own)).collect();
+        let at = at.and_then(|own| own.try_into().ok());
         at.map(|at| Touch { line, at, named }).ok_or_else(|| {
             let cause = format!("the row is not three numbers: {}", names.join(", "));
             InputError::new(name, cause)
@@ -261,7 +249,10 @@ fn table(name: &str, content: &str) -> Result<Option<Vec<Touch>>, InputError> {
                 .with_remedy("correct the row, or delete it")
         })
     };
-    lines.map(touch).collect::<Result<_, _>>().map(Some)
+    rows.into_iter()
+        .map(touch)
+        .collect::<Result<_, _>>()
+        .map(Some)
 }
 
 /// RepRapFirmware's heightmap.csv: places of the probe; what it did not probe is 0 without decimals.
@@ -280,22 +271,35 @@ fn height_map(content: &str) -> Option<Vec<Touch>> {
     };
     let low = [of(["xmin", "min0"])?, of(["ymin", "min1"])?];
     let step = [of(["xspacing", "spacing0"])?, of(["yspacing", "spacing1"])?];
+    let probed = |value: &str| finite(value).filter(|_| value.trim() != "0");
+    let row = |(line, own): (u64, &str)| (line, own.split(',').map(probed).collect());
+    let rows: Vec<_> = lines.map(row).collect();
+    Some(gridded(&rows, (low, step), f64::INFINITY))
+}
+
+/// Touches of the probe at the places of a grid within a radius, from its lowest place on in these steps; each row with its line.
+pub(super) fn gridded(
+    rows: &[(u64, Vec<Option<f64>>)],
+    (low, step): ([f64; 2], [f64; 2]),
+    radius: f64,
+) -> Vec<Touch> {
     let mut touches = Vec::new();
-    for (row, (line, own)) in lines.enumerate() {
-        for (column, value) in own.split(',').map(str::trim).enumerate() {
-            if value != "0"
-                && let Ok(z) = value.parse()
+    for (row, (line, heights)) in rows.iter().enumerate() {
+        for (column, z) in heights.iter().enumerate() {
+            let x = low[0] + step[0] * column as f64;
+            let y = low[1] + step[1] * row as f64;
+            if let Some(z) = *z
+                && x.hypot(y) <= radius + SAME
             {
-                let place = |axis: usize, index: usize| low[axis] + step[axis] * index as f64;
                 touches.push(Touch {
-                    line,
-                    at: [place(0, column), place(1, row), z],
+                    line: *line,
+                    at: [x, y, z],
                     named: Named::Probe,
                 });
             }
         }
     }
-    Some(touches)
+    touches
 }
 
 /// RepRapFirmware's answer to G32: heights in the order of the points that `G30 P` of bed.g states.
@@ -348,30 +352,20 @@ fn grid(content: &str, radius: f64) -> Vec<Touch> {
         return Vec::new();
     }
     let count = |text: &str| numbers(text, &[' ', '\t']).filter(|own| own.len() > 1);
-    let mut rows = Vec::new();
+    let mut rows: Vec<(u64, Vec<_>)> = Vec::new();
     for (line, own) in lines.skip(1) {
         let own = own.rsplit_once("recv:").map_or(own, |(_, own)| own);
         match count(own).as_deref() {
-            Some([_, heights @ ..]) => rows.push((line, heights.to_vec())),
+            Some([_, heights @ ..]) => {
+                rows.push((line, heights.iter().copied().map(Some).collect()));
+            }
             _ => break,
         }
     }
-    let along =
-        |index: usize, of: usize| radius * (2.0 * index as f64 / (of.max(2) - 1) as f64 - 1.0);
-    let mut touches = Vec::new();
-    for (row, (line, heights)) in rows.iter().enumerate() {
-        for (column, z) in heights.iter().enumerate() {
-            let [x, y] = [along(column, heights.len()), along(row, rows.len())];
-            if x.hypot(y) < radius + SAME {
-                touches.push(Touch {
-                    line: *line,
-                    at: [x, y, *z],
-                    named: Named::Probe,
-                });
-            }
-        }
-    }
-    touches
+    let step = |places: usize| 2.0 * radius / (places.max(2) - 1) as f64;
+    let across = rows.first().map_or(0, |(_, heights)| heights.len());
+    let steps = [step(across), step(rows.len())];
+    gridded(&rows, ([-radius; 2], steps), radius)
 }
 
 /// Repetier's map: a line of x, then lines of y with their heights.
@@ -418,5 +412,7 @@ fn g33(line: &str) -> Option<Vec<(f64, f64, f64)>> {
             }
         }
     }
-    (points.len() >= 3 && line.contains('.')).then_some(points)
+    // PROBE_ACCURACY and M114 name axes as well.
+    let table = ["c:", "yz:"].iter().any(|own| line.contains(own));
+    (points.len() >= 3 && table).then_some(points)
 }

@@ -225,6 +225,12 @@ fn refuse_smoothieware(words: &Settings, input: &InputText) -> Result<(), InputE
     ))
 }
 
+/// The refusal of a file with Smoothieware's M665.
+pub(super) fn of_smoothieware(input: &InputText) -> Option<InputError> {
+    let words = read(input, Firmware::Marlin, &|_, _| Ok(Vec::new())).ok()?;
+    refuse_smoothieware(&words, input).err()
+}
+
 /// A configuration and the file that overrides it.
 fn files(
     input: &InputText,

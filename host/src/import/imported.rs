@@ -410,14 +410,19 @@ impl Imported {
     pub fn with_readings(mut self, readings: Readings) -> Self {
         let line = |line| format!("line {line} of {}", readings.name);
         self.names = readings.rows.iter().map(|row| line(row.line)).collect();
-        let drive = self.robot.robot.drive();
-        self.robot.instruments.planes = level_planes(&readings.planes, drive);
-        self.robot.instruments.bed = unevenness(&readings);
         if !readings.targets.iter().any(|name| name == PROBE) {
             self.robot.parallelograms = None;
             self.robot.instruments.targets.clear();
         }
         self.readings = readings;
+        self.with_planes()
+    }
+
+    /// With the planes of its readings, level, the bed as uneven as its touches can tell.
+    fn with_planes(mut self) -> Self {
+        let instruments = &mut self.robot.instruments;
+        instruments.planes = level_planes(&self.readings.planes, self.robot.robot.drive());
+        instruments.bed = unevenness(&self.readings);
         self
     }
 
@@ -440,9 +445,7 @@ impl Imported {
                     *plane = row.value.target;
                 }
             }
-            let drive = own.robot.robot.drive();
-            own.robot.instruments.planes = level_planes(&own.readings.planes, drive);
-            own.robot.instruments.bed = unevenness(&own.readings);
+            own = own.with_planes();
         }
         own
     }
@@ -494,95 +497,70 @@ impl Imported {
                 },
             }));
         self.readings.planes = vec!["plane".to_owned()];
-        self.robot.instruments.height_noise = Some(BED);
-        self.robot.instruments.bed = None;
-        self.robot.parallelograms = None;
-        self.robot.instruments.targets.clear();
         self.readings.targets.clear();
-        self.robot.instruments.planes =
-            level_planes(&self.readings.planes, self.robot.robot.drive());
+        self.robot.parallelograms = None;
+        self = self.with_planes();
+        let instruments = &mut self.robot.instruments;
+        instruments.height_noise = Some(BED);
+        instruments.bed = None;
+        instruments.targets.clear();
         self
     }
 
-    /// With lengths of prints beside the other readings. If they differ and no other distances are known, an oversize of the
-    /// prints is unknown.
+    /// With lengths of prints, and those and the shrinkage that the owner states, beside the other readings. Without the
+    /// latter it is unknown, and so is an oversize of prints if their lengths differ and no other distances are known.
     ///
     /// # Errors
     /// A place that the printer does not reach.
-    pub fn with_lengths(mut self, lengths: &[Length]) -> Result<Self, InputError> {
-        let designed = |own: &Length| {
-            let [[x, y], [to_x, to_y]] = own.between;
-            (to_x - x).hypot(to_y - y)
-        };
+    pub fn with_prints(mut self, stated: &Stated, lengths: &[Length]) -> Result<Self, InputError> {
+        let printed = stated.printed.iter().flat_map(|[wanted, came_out]| {
+            DIRECTIONS.map(|direction| {
+                let (sine, cosine) = f64::to_radians(direction).sine_cosine();
+                let [x, y] = [0.5 * wanted * cosine, 0.5 * wanted * sine];
+                Length {
+                    name: format!("--printed {}", rounded(*wanted)),
+                    between: [[-x, -y], [x, y]],
+                    length: *came_out,
+                }
+            })
+        });
+        // One measurement is used for all directions.
+        let in_all = CALLIPER * (DIRECTIONS.len() as f64).sqrt();
+        let lengths = lengths.iter().map(|own| (own.clone(), CALLIPER));
+        let lengths: Vec<_> = lengths.chain(printed.map(|own| (own, in_all))).collect();
+        let designed = |own: &(Length, f64)| own.0.designed();
+        // One designed length does not tell an oversize from a scale.
         let mut pairs = lengths.windows(2);
         let differ = pairs.any(|own| (designed(&own[0]) - designed(&own[1])).abs() > 1.0);
         if differ && !self.readings.holds(Kind::Distance) {
             self.robot.instruments.oversize = Some(OVERSIZE);
         }
-        for own in lengths {
+        for (own, sigma) in lengths {
             let at = |[x, y]: [f64; 2]| self.configured.inverse(&Vector3::new(x, y, 0.0));
             let [Ok(from), Ok(to)] = own.between.map(at) else {
                 let cause = format!("{}: the printer does not reach both places", own.name);
-                return Err(InputError::new(&self.readings.name, cause)
-                    .at_line(own.line)
-                    .with_remedy("state places of the bed in mm from its centre"));
+                return Err(InputError::new(&self.robot.name, cause).with_remedy(
+                    "state lengths between places of the bed, in mm from its centre",
+                ));
             };
             self.readings.rows.push(Row {
-                line: own.line,
+                line: 0,
                 value: Reading {
                     distance: Some((ReadingFrom::Pose(from), own.length)),
-                    sigma: Some(CALLIPER),
+                    sigma: Some(sigma),
                     ..Reading::at(to)
                 },
             });
-            self.names.push(own.name.clone());
+            self.names.push(own.name);
         }
-        Ok(self)
-    }
-
-    /// With the printed lengths and the shrinkage that the owner states. Without the latter it is unknown.
-    ///
-    /// # Errors
-    /// A part that does not fit on the bed.
-    pub fn with_prints(mut self, stated: &Stated) -> Result<Self, InputError> {
         let shrinkage = stated.shrinkage.unwrap_or_default();
         for row in &mut self.readings.rows {
             if let Some((ReadingFrom::Pose(_), distance)) = &mut row.value.distance {
                 *distance /= 1.0 - shrinkage;
             }
         }
-        let measured = self.readings.holds(Kind::Distance);
-        let printed = !stated.printed.is_empty() || measured;
-        if printed && stated.shrinkage.is_none() {
+        if stated.shrinkage.is_none() && self.readings.holds(Kind::Distance) {
             self.robot.instruments.distance_scale = Some(SHRINKAGE);
-        }
-        // One designed length does not tell an oversize from a scale.
-        let mut pairs = stated.printed.windows(2);
-        let differ = pairs.any(|own| (own[0][0] - own[1][0]).abs() > 1.0);
-        if differ && !measured {
-            self.robot.instruments.oversize = Some(OVERSIZE);
-        }
-        let all = stated.printed.iter();
-        let all = all.flat_map(|own| DIRECTIONS.map(|direction| (*own, direction)));
-        for ([wanted, came_out], direction) in all {
-            let (sine, cosine) = f64::to_radians(direction).sine_cosine();
-            let half = Vector3::new(cosine, sine, 0.0) * (0.5 * wanted);
-            let ends = [half, -half].map(|end| self.configured.inverse(&end));
-            let [Ok(to), Ok(from)] = ends else {
-                let cause = format!("--printed: a part of {wanted} mm does not fit on the bed");
-                return Err(InputError::new(&self.robot.name, cause)
-                    .with_remedy("state a length that was printed, as --printed 100=99.7"));
-            };
-            self.readings.rows.push(Row {
-                line: 0,
-                value: Reading {
-                    distance: Some((ReadingFrom::Pose(from), came_out / (1.0 - shrinkage))),
-                    // One measurement is used for all directions.
-                    sigma: Some(CALLIPER * (DIRECTIONS.len() as f64).sqrt()),
-                    ..Reading::at(to)
-                },
-            });
-            self.names.push(format!("--printed {}", rounded(wanted)));
         }
         Ok(self)
     }

@@ -1,10 +1,12 @@
 //! A Delta's Klipper configuration, and the measurements saved in its `[delta_calibrate]`.
 
 use super::configuration::{self, MESH, PRINTER, SAVED, STEPPERS};
-use super::console::{Named, Touch, with_touches};
+use super::console::{Touch, gridded, with_touches};
 use super::imported::{Imported, Machine, OF_PROBE, PROBE, Towers, USUAL_TOWERS};
 use super::probe::Probe;
+use super::rotary::without_towers;
 use super::settings::Settings;
+use super::stated::finite;
 use super::{Includes, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
@@ -21,8 +23,6 @@ const USUAL_ARMS: [f64; 3] = [30.0, 150.0, 270.0];
 
 /// A pose this far below its measured height was saved with another configuration, mm.
 const BELOW: f64 = 20.0;
-/// A place of a mesh this far outside a round bed is at its rim, mm.
-const SAME: f64 = 0.01;
 /// Klipper's parameters fit the heights saved with them far better than this, mm rms.
 const STALE: f64 = 4.0;
 
@@ -39,11 +39,9 @@ pub(super) fn import(
     let kinematics = settings.require(PRINTER, "kinematics")?;
     let machine = match kinematics.value.as_str() {
         "delta" => linear(&settings, stated)?,
-        "rotary_delta" if stated.rods.is_none() && stated.radius.is_none() => rotary(&settings)?,
         "rotary_delta" => {
-            let cause = "--rods and --radius are for towers, and kinematics: rotary_delta has none";
-            return Err(InputError::new(&settings.name, cause)
-                .with_remedy("omit them, and edit lb_mm in the robot file"));
+            without_towers(&settings, stated)?;
+            rotary(&settings)?
         }
         _ => {
             return Err(settings
@@ -242,33 +240,16 @@ fn mesh(settings: &Settings) -> Result<Vec<Touch>, InputError> {
     let (Some(x), Some(y)) = (side("x")?, side("y")?) else {
         return Ok(Vec::new());
     };
-    let out = x.1.max(y.1) + SAME;
     let rows = entry.value.lines().filter(|row| !row.trim().is_empty());
-    let rows: Vec<_> = rows.collect();
-    let along = |(low, high): (f64, f64), index: usize, count: usize| {
-        low + (high - low) * index as f64 / (count.max(2) - 1) as f64
-    };
-    let mut touches = Vec::new();
-    for (at, row) in rows.iter().enumerate() {
-        let values: Vec<_> = row.split(',').collect();
-        for (index, value) in values.iter().enumerate() {
-            let z = value
-                .trim()
-                .parse()
-                .ok()
-                .filter(|own: &f64| own.is_finite());
-            let z = z.ok_or_else(|| settings.damaged(MESH, "points", "rows of numbers"))?;
-            let place = [along(x, index, values.len()), along(y, at, rows.len())];
-            if place[0].hypot(place[1]) <= out {
-                touches.push(Touch {
-                    line: entry.line,
-                    at: [place[0], place[1], z],
-                    named: Named::Probe,
-                });
-            }
-        }
+    let rows = rows.map(|row| (entry.line, row.split(',').map(finite).collect()));
+    let rows: Vec<(u64, Vec<_>)> = rows.collect();
+    if rows.iter().any(|(_, row)| row.contains(&None)) {
+        return Err(settings.damaged(MESH, "points", "rows of numbers"));
     }
-    Ok(touches)
+    let step = |(low, high): (f64, f64), places: usize| (high - low) / (places.max(2) - 1) as f64;
+    let across = rows.first().map_or(0, |(_, row)| row.len());
+    let steps = [step(x, across), step(y, rows.len())];
+    Ok(gridded(&rows, ([x.0, y.0], steps), x.1.max(y.1)))
 }
 
 /// The steps of the three motors from their end stops.

@@ -65,7 +65,7 @@ impl Arms {
 }
 
 /// Towers have none of these.
-fn without_towers(settings: &Settings, stated: &Stated) -> Result<(), InputError> {
+pub(super) fn without_towers(settings: &Settings, stated: &Stated) -> Result<(), InputError> {
     if stated.rods.is_none() && stated.radius.is_none() {
         return Ok(());
     }
@@ -158,18 +158,19 @@ pub(super) fn import(
         length("base")?,
         length("platform")?,
     ];
-    let home = settings.number(LENGTHS, "home")?.unwrap_or_default();
-    let home = match firmware {
-        Firmware::FluidNc => home.to_degrees(),
-        _ => home,
-    };
+    // FluidNC may state one angle for each motor.
+    let home = settings.numbers(LENGTHS, "home", (',', "an angle"))?;
+    let home = [0, 1, 2].map(|motor| match (home.get(motor).or(home.first()), firmware) {
+        (Some(angle), Firmware::FluidNc) => angle.to_degrees(),
+        (angle, _) => angle.copied().unwrap_or_default(),
+    });
     let arms = Arms {
         azimuths: MOTORS,
         radius: (base - platform) / (2.0 * 3f64.sqrt()),
         heights: [0.0; 3],
         upper: [upper; 3],
         lower: [lower; 3],
-        home: [home; 3],
+        home,
         bed: None,
     };
     let mut imported = arms.imported(&settings)?;

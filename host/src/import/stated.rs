@@ -54,14 +54,55 @@ impl Stated {
 /// A length that was measured on a print, between places of the bed, mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Length {
-    /// The line of the table.
-    pub line: u64,
     /// What it is between, as it is called.
     pub name: String,
     /// The places, as designed.
     pub between: [[f64; 2]; 2],
     /// As measured.
     pub length: f64,
+}
+
+impl Length {
+    /// As designed.
+    pub(super) fn designed(&self) -> f64 {
+        let [[x, y], [to_x, to_y]] = self.between;
+        (to_x - x).hypot(to_y - y)
+    }
+}
+
+/// A table with a header, as a spreadsheet writes it: comments and empty lines left out, the header in lower case, the cells
+/// separated by commas, or by semicolons or tabs, between which commas are decimal ones.
+pub(super) struct Table {
+    pub(super) header: Vec<String>,
+    /// The line of each row, and its cells.
+    pub(super) rows: Vec<(u64, Vec<String>)>,
+}
+
+impl Table {
+    pub(super) fn of(text: &str) -> Self {
+        let lines = (1..).zip(text.lines().map(str::trim));
+        let mut lines = lines.filter(|(_, own)| !own.is_empty() && !own.starts_with('#'));
+        let header = lines.next().map_or("", |(_, own)| own);
+        let mut marks = [';', '\t'].into_iter();
+        let mark = marks.find(|own| header.contains(*own)).unwrap_or(',');
+        let cells = |line: &str| -> Vec<String> {
+            let cells = line.split(mark).map(|own| own.trim().trim_matches('"'));
+            cells.map(str::to_owned).collect()
+        };
+        let row = |(line, own): (u64, &str)| match mark {
+            ',' => (line, cells(own)),
+            _ => (line, cells(&own.replace(',', "."))),
+        };
+        Self {
+            header: cells(&header.to_ascii_lowercase()),
+            rows: lines.map(row).collect(),
+        }
+    }
+}
+
+/// A finite number.
+pub(super) fn finite(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|own: &f64| own.is_finite())
 }
 
 /// The columns of a table of lengths.
@@ -81,32 +122,19 @@ const COLUMNS: [&str; 7] = [
 /// # Errors
 /// A row without a place or a length, or a length that is far from the designed one.
 pub fn lengths(input: &InputText) -> Result<Option<Vec<Length>>, InputError> {
-    let mut lines = (1..).zip(input.text().lines()).filter(|(_, own)| {
-        let own = own.trim();
-        !own.is_empty() && !own.starts_with('#')
-    });
-    let marks = [',', ';', '\t'];
-    let cells = |line: &str| -> Vec<String> {
-        let cells = line.split(marks).map(|own| own.trim().trim_matches('"'));
-        cells.map(str::to_owned).collect()
-    };
-    let header = lines
-        .next()
-        .map(|(_, own)| cells(&own.to_ascii_lowercase()));
-    let header = header.unwrap_or_default();
+    let Table { header, rows } = Table::of(input.text());
     let known = |own: &String| COLUMNS.contains(&own.as_str());
     if !header.iter().any(|own| own == "length_mm") || !header.iter().all(known) {
         return Ok(None);
     }
     let mut places: Vec<(String, [f64; 2])> = Vec::new();
     let mut found = Vec::new();
-    for (line, own) in lines {
-        let row = cells(own);
+    for (line, row) in rows {
         let cell = |name: &str| {
             let at = header.iter().position(|own| own == name)?;
             row.get(at).filter(|own| !own.is_empty())
         };
-        let number = |name: &str| cell(name)?.parse().ok().filter(|own: &f64| own.is_finite());
+        let number = |name: &str| finite(cell(name)?);
         let fault = |cause: &str| {
             InputError::new(input.name(), cause)
                 .at_line(line)
@@ -130,21 +158,18 @@ pub fn lengths(input: &InputText) -> Result<Option<Vec<Length>>, InputError> {
                 "a place has neither x and y nor a name that a row above states",
             ));
         };
-        let length = number("length_mm").ok_or_else(|| fault("the length is not a number"))?;
-        let designed = (start[0] - end[0]).hypot(start[1] - end[1]);
-        if !((length / designed - 1.0).abs() < OFF) {
+        let own = Length {
+            name: match (from, to) {
+                (Some(from), Some(to)) => format!("{from} to {to}"),
+                _ => format!("line {line} of {}", input.name()),
+            },
+            between: [start, end],
+            length: number("length_mm").ok_or_else(|| fault("the length is not a number"))?,
+        };
+        if !((own.length / own.designed() - 1.0).abs() < OFF) {
             return Err(fault("the length is not within 10 % of the designed one"));
         }
-        let name = match (from, to) {
-            (Some(from), Some(to)) => format!("{from} to {to}"),
-            _ => format!("line {line} of {}", input.name()),
-        };
-        found.push(Length {
-            line,
-            name,
-            between: [start, end],
-            length,
-        });
+        found.push(own);
     }
     Ok(Some(found))
 }

@@ -124,7 +124,7 @@ impl Uncertain {
 }
 
 /// Displacements about their mean, after the turn about z that leaves least of x and y: nobody sees where a part stands.
-fn without_place<P, const N: usize>(
+pub(super) fn without_place<P, const N: usize>(
     mut all: Vec<(P, SMatrix<f64, 3, N>)>,
     at: impl Fn(&P) -> [f64; 2],
 ) -> Vec<(P, SMatrix<f64, 3, N>)> {
@@ -309,6 +309,8 @@ impl Off {
         let across = (judged.across, self.across / other.across);
         let parts = [height, across];
         parts.iter().any(|(judged, own)| *judged && *own < BETTER)
-            && parts.iter().all(|(_, own)| *own < 1.0 / BETTER)
+            && parts
+                .iter()
+                .all(|(judged, own)| !*judged || *own < 1.0 / BETTER)
     }
 }

@@ -17,7 +17,7 @@ use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, USUAL_TOUCH};
 use crate::fit::solution::RowFit;
-use crate::import::{Imported, SHRINKAGE};
+use crate::import::{Firmware, Imported, SHRINKAGE};
 use delta_cal::Robot;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -28,8 +28,8 @@ const FIRST_LAYER: f64 = 50.0;
 /// What is known of a printer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Printer {
-    /// Whose configuration it is, as `delta-cal import` names it.
-    pub firmware: &'static str,
+    /// Whose configuration it is.
+    pub firmware: Firmware,
     /// `delta` or `rotary_delta`.
     pub kinematics: &'static str,
     /// What the import has to say.
@@ -201,7 +201,7 @@ impl Printer {
         let effector = Effector::of(imported, calibrated, solution, radius);
         let spacing = robot.parallelograms.map_or(0.0, |own| own.spacing);
         Ok(Self {
-            firmware: imported.firmware.name(),
+            firmware: imported.firmware,
             kinematics: imported.kinematics(),
             notes: [
                 imported.notes.clone(),

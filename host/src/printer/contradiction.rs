@@ -6,8 +6,8 @@ use crate::fit::solution::PARAMETERS;
 use crate::fit::{Options, Solution, solve};
 use crate::import::Imported;
 use crate::text::rounded;
+use delta_cal::Robot;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{Robot, SettingError, Tolerance};
 use nalgebra::SVector;
 
 /// Noise so many times the usual is doubtful.
@@ -51,7 +51,7 @@ pub(crate) fn contradicting(
 const LEAST_TOUCHES: usize = 6;
 /// The others agree with the configuration to this, mm rms, as those of a calibrated printer do; a bad one is off by so
 /// many times as much, and never by less than that many times the usual noise.
-const AGREE: f64 = 0.06;
+const AGREE: f64 = 0.045;
 const BAD: f64 = 6.0;
 const TOUCH: f64 = 0.02;
 
@@ -114,6 +114,8 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
 /// A common length with this σ is unknown, mm, and what is stated is contradicted by so many σ.
 const UNKNOWN: f64 = 20.0;
 const CONTRADICTED: f64 = 3.0;
+/// Index of the rod among an arm's parameters.
+const LB: usize = 7;
 
 /// The refusal of a stated length of the rods, or radius, that the distances contradict.
 pub(crate) fn contradicted_length(imported: &Imported) -> Option<Refused> {
@@ -122,33 +124,8 @@ pub(crate) fn contradicted_length(imported: &Imported) -> Option<Refused> {
         return None;
     }
     let (rods, radius) = imported.stated;
-    let rods = rods.then(|| {
-        let by = |_: &Arm<f64>| vec![(LB, 1.0)];
-        contradicted(
-            imported,
-            Tolerance::with_forearm,
-            Tolerance::forearm,
-            (Arm::lb, by),
-        )
-        .map(|own| format!("--rods states rods of {own}"))
-    });
-    let radius_contradicted = || {
-        let of = |arm: &Arm<f64>| arm.d().xy().norm();
-        let by = |arm: &Arm<f64>| {
-            let out = arm.d().xy().normalize();
-            vec![(0, out.x), (1, out.y)]
-        };
-        contradicted(
-            imported,
-            Tolerance::with_radius,
-            Tolerance::radius,
-            (of, by),
-        )
-        .map(|own| format!("--radius states a radius of {own}"))
-    };
-    let cause = rods
-        .flatten()
-        .or_else(|| radius.then(radius_contradicted).flatten())?;
+    let of_rods = rods.then(|| contradicted(imported, true)).flatten();
+    let cause = of_rods.or_else(|| radius.then(|| contradicted(imported, false)).flatten())?;
     Some(Refused::new(
         cause,
         "Measure it again, between the joints of a rod or from the towers' axis to that of the platform's joints. If it is \
@@ -156,40 +133,37 @@ pub(crate) fn contradicted_length(imported: &Imported) -> Option<Refused> {
     ))
 }
 
-/// Index of the rod among an arm's parameters.
-const LB: usize = 7;
-
-/// A stated mean length of the arms and what the readings say of it if its σ is open, in words, if these contradict each
-/// other.
-fn contradicted(
-    imported: &Imported,
-    opened: impl Fn(Tolerance<f64>, f64) -> Result<Tolerance<f64>, SettingError>,
-    sigma: impl Fn(&Tolerance<f64>) -> f64,
-    (of, by): (
-        impl Fn(&Arm<f64>) -> f64,
-        impl Fn(&Arm<f64>) -> Vec<(usize, f64)>,
-    ),
-) -> Option<String> {
+/// The stated mean length of the rods, or radius, and what the readings say of it if its σ is open, in words, if these
+/// contradict each other.
+fn contradicted(imported: &Imported, rods: bool) -> Option<String> {
     let robot = &imported.robot;
     let tolerance = robot.tolerance?;
+    let (opened, sigma, words) = if rods {
+        let words = "--rods states rods of";
+        (tolerance.with_forearm(UNKNOWN), tolerance.forearm(), words)
+    } else {
+        let words = "--radius states a radius of";
+        (tolerance.with_radius(UNKNOWN), tolerance.radius(), words)
+    };
     let mut open = robot.clone();
-    open.tolerance = Some(opened(tolerance, UNKNOWN).ok()?);
+    open.tolerance = Some(opened.ok()?);
     let found = solve(&open, &imported.readings, &Options::default()).ok()?;
-    let mean = |robot: &Robot<f64>| robot.arms().iter().map(&of).sum::<f64>() / 3.0;
+    let length = |arm: &Arm<f64>| if rods { arm.lb() } else { arm.d().xy().norm() };
+    let mean = |robot: &Robot<f64>| robot.arms().iter().map(length).sum::<f64>() / 3.0;
     let [own, is] = [mean(&robot.robot), mean(&found.robot)];
     let mut by_parameters = SVector::<f64, PARAMETERS>::zeros();
     for (index, arm) in robot.robot.arms().iter().enumerate() {
-        for (parameter, part) in by(arm) {
-            by_parameters[8 * index + parameter] = part / 3.0;
+        if rods {
+            by_parameters[8 * index + LB] = 1.0 / 3.0;
+        } else {
+            let out = arm.d().xy().normalize() / 3.0;
+            by_parameters.fixed_rows_mut::<2>(8 * index).copy_from(&out);
         }
     }
     let variance = by_parameters.dot(&(found.of_parameters() * by_parameters));
-    let spread = (variance + sigma(&tolerance).powi(2)).sqrt();
+    let spread = (variance + sigma.powi(2)).sqrt();
     ((is - own).abs() > CONTRADICTED * spread).then(|| {
-        format!(
-            "{} mm; the distances say {is:.1} ± {:.1} mm.",
-            rounded(own),
-            variance.max(0.0).sqrt()
-        )
+        let (own, sigma) = (rounded(own), variance.max(0.0).sqrt());
+        format!("{words} {own} mm; the distances say {is:.1} ± {sigma:.1} mm.")
     })
 }

@@ -1,6 +1,6 @@
 //! An effector that tilts because the two rods of a tower differ, and what that makes of a probe beside the nozzle.
 
-use super::area::{Map, bed, grid};
+use super::area::{Map, bed, grid, without_place};
 use crate::calibration::NAMED;
 use crate::files::robot_file::RobotFile;
 use crate::fit::Solution;
@@ -65,7 +65,7 @@ impl Effector {
             let own = pose(&rods, at)?;
             Some((at, Vector3::z() * (own.of(&probe) - own.position).z))
         };
-        let map = about_mean(grid(radius).filter_map(bias).collect());
+        let map = without_place(grid(radius).filter_map(bias).collect(), |at| *at);
         let squares = map.iter().map(|(_, own)| own.z * own.z).sum::<f64>();
         // To first order, the bias by each of the numbers.
         let columns = bed(radius, 4, AROUND / 2).into_iter().filter_map(|[x, y]| {
@@ -186,12 +186,4 @@ impl Effector {
         };
         differing.chain([bias]).collect()
     }
-}
-
-fn about_mean(mut map: Map) -> Map {
-    let mean = map.iter().map(|(_, own)| own).sum::<Vector3<f64>>() / map.len().max(1) as f64;
-    for (_, own) in &mut map {
-        *own -= mean;
-    }
-    map
 }

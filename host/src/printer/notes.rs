@@ -4,7 +4,7 @@
 use crate::effects::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
-use crate::import::Imported;
+use crate::import::{Firmware, Imported};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Real, Robot};
 use nalgebra::Vector3;
@@ -110,10 +110,16 @@ pub(crate) fn alike(imported: &Imported) -> Option<String> {
     }
     let home = turned(degrees)?.forward(&imported.home).ok()?.z - mean;
     let [arm, ..] = configured.arms();
+    let options = match imported.firmware {
+        Firmware::Klipper => {
+            let height = arm.d().z - mean;
+            format!(": position_endstop {home:.1}, shoulder_height {height:.1}")
+        }
+        _ => String::new(),
+    };
+    let degrees = degrees.abs();
     Some(format!(
-        "If all end stops are off by the same angle, it is {:.1}°: position_endstop {home:.1}, shoulder_height {:.1}.",
-        degrees.abs(),
-        arm.d().z - mean
+        "If all end stops are off by the same angle, it is {degrees:.1}°{options}."
     ))
 }
 
@@ -148,12 +154,13 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
             format!("rods of {rods:.1} mm with a radius of {radius:.1} mm")
         }
         Some(None) => "other rods".to_owned(),
-        None => "other forearms or another shoulder_radius".to_owned(),
+        None => "other forearms or another radius of the base".to_owned(),
     };
     let measure = if towers {
-        "the rods between their joints with a calliper and state them: --rods 345±0.1mm"
+        "the rods between their joints with a calliper and state them: --rods 345±0.1mm".to_owned()
     } else {
-        "the forearms between their joints with a calliper and correct lower_arm_length"
+        let name = imported.firmware.forearm();
+        format!("the forearms between their joints with a calliper and correct {name}")
     };
     let (word, shrink) = if mean < 1.0 {
         let shrink = format!("; prints that shrink by {percent:.1} % (--shrinkage)");

@@ -3,7 +3,9 @@
 use super::calibration::{Report, verdict};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
+use crate::files::samples_file::Kind;
 use crate::finding::Level;
+use crate::fit::solution::KindNoise;
 use crate::import::{Firmware, Imported};
 use crate::order;
 use crate::printer::{
@@ -324,7 +326,9 @@ fn changes(changes: &[Change]) -> Option<String> {
 
 /// The noise that the readings show.
 fn noise(report: &Report, printer: &Printer) -> String {
-    let kinds = report.solution.noise.iter().map(|own| {
+    // Without touches the bed is held as configured.
+    let touched = |own: &&KindNoise| own.kind != Kind::Height || printer.heights > 0;
+    let kinds = report.solution.noise.iter().filter(touched).map(|own| {
         let from = if own.stated {
             "stated".to_owned()
         } else {
@@ -343,17 +347,21 @@ fn noise(report: &Report, printer: &Printer) -> String {
 
 /// The one thing to do next, in the commands of the printer's firmware.
 fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
-    let klipper = printer.firmware == Firmware::Klipper.name();
     let places = next.heights.iter();
     let places = places.map(|[x, y]| format!("({}, {})", x.round() + 0.0, y.round() + 0.0));
-    let touch = if klipper {
-        format!(
-            "nozzle on a sheet of paper at x, y = {} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)",
-            places.collect::<Vec<_>>().join(" ")
-        )
-    } else {
-        "touch the bed at more places: delta-cal plan with --count 16 writes the G30 commands"
-            .to_owned()
+    let places = places.collect::<Vec<_>>().join(" ");
+    let klipper = printer.firmware == Firmware::Klipper;
+    let touch = match printer.firmware {
+        Firmware::Klipper => format!(
+            "nozzle on a sheet of paper at x, y = {places} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)"
+        ),
+        Firmware::FluidNc | Firmware::GrblHal => format!(
+            "touch the bed at x, y = {places} as well, and write the heights into a table x_mm,y_mm,height_mm"
+        ),
+        Firmware::RepRapFirmware | Firmware::Marlin => {
+            "touch the bed at more places: delta-cal plan with --count 16 writes the G30 commands"
+                .to_owned()
+        }
     };
     let print = if klipper {
         "print Klipper's docs/prints/calibrate_size.stl and measure its twelve distances (DELTA_ANALYZE)"
@@ -370,18 +378,18 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
         .filter_map(|(error, proposal)| Some((error?, proposal)));
     let worthwhile = both.filter(|(error, _)| *error < (1.0 - WORTH) * next.now);
     let best = worthwhile.min_by(|one, other| one.0.total_cmp(&other.0));
-    if let Some((error, proposal)) = best {
-        let then = if klipper {
-            format!(" (expected position error then {error:.2} mm)")
-        } else {
-            String::new()
-        };
-        return format!("Measure next: {proposal}{then}.");
+    if let Some((_, proposal)) = best {
+        return format!("Measure next: {proposal}.");
     }
     let otherwise = match (report.determined.scale, printer.kinematics) {
-        (true, _) => "nothing",
-        (false, "delta") => "the rods between their joints with a calliper (--rods 345.2±0.1mm)",
-        (false, _) => "the forearms between their joints with a calliper (lower_arm_length)",
+        (true, _) => "nothing".to_owned(),
+        (false, "delta") => {
+            "the rods between their joints with a calliper (--rods 345.2±0.1mm)".to_owned()
+        }
+        (false, _) => format!(
+            "the forearms between their joints with a calliper ({})",
+            printer.firmware.forearm()
+        ),
     };
     format!(
         "Measure next: {otherwise}. More heights or printed distances would hardly improve the printer."

@@ -22,6 +22,14 @@ pub(super) struct Told {
 }
 
 impl Told {
+    /// That adds nothing.
+    pub(super) fn level(own: Delta) -> Self {
+        Self {
+            own,
+            tilt: [0.0; 2],
+        }
+    }
+
     fn steps(&self, [x, y, z]: Point) -> Point {
         let [by_x, by_y] = self.tilt;
         self.own.steps([x, y, z + x * by_x + y * by_y])
@@ -46,13 +54,19 @@ fn read(target: &str, lines: &str) -> Delta {
     }
 }
 
-/// The report of a configuration and a console's answers, and how flat its lines print, or the configuration without any.
-fn flat(firmware: Firmware, text: &str, answers: &str, made: &Made, told: &Told) -> (f64, f64) {
-    let [text, samples] =
-        [("config", text), ("console.txt", answers)].map(|(name, own)| InputText::new(name, own));
-    let samples = [samples];
+/// How flat a printer prints with the lines for a configuration and its readings, or with the configuration if there are none,
+/// and what is stated of it.
+pub(super) fn flat(
+    (firmware, text): (Firmware, &str),
+    samples: &[(&str, String)],
+    (made, told): (&Made, &Told),
+) -> [f64; 2] {
+    let samples = samples
+        .iter()
+        .map(|(name, own)| InputText::new(*name, own.as_str()));
+    let samples: Vec<_> = samples.collect();
     let none = |_: &str, _: &str| Ok(Vec::new());
-    let stated = Stated::default();
+    let (text, stated) = (InputText::new("config", text), Stated::default());
     let own = printers::read(firmware, &text, &samples, &stated, &none, &OF_PRINTER).unwrap();
     let report = calibrate(&own.robot, &own.readings, &OF_PRINTER).unwrap();
     let report = PrinterReport::of(&own, report).unwrap().printer;
@@ -61,7 +75,7 @@ fn flat(firmware: Firmware, text: &str, answers: &str, made: &Made, told: &Told)
         (Some(lines), own) => (read(own.name(), lines), report.after),
         (None, _) => (told.own, report.before),
     };
-    (prints(made, &pasted)[HEIGHT], stated.unwrap().height)
+    [prints(made, &pasted)[HEIGHT], stated.unwrap().height]
 }
 
 /// Beds uneven by 0.03 mm, touched at 24 places, never calibrated: none is refused, and a probe 24.5 mm beside the nozzle is
@@ -74,10 +88,7 @@ fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
         let mut rng = generator(970, u64::from(index));
         let mut made = Made::new(&set, &mut rng);
         made.bed = [0; 6].map(|_| 0.03 * normal(&mut rng));
-        let level = Told {
-            own: drawn(),
-            tilt: [0.0; 2],
-        };
+        let level = Told::level(drawn());
         let tilted = Told {
             tilt: [0.004, -0.003],
             ..level
@@ -128,9 +139,11 @@ fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
                 }
                 .unwrap();
             }
-            let (is, stated) = flat(firmware, text, &answers, &made, &told);
-            sums[0] += is * is;
-            sums[1] += stated * stated;
+            let answers = [("console.txt", answers)];
+            let found = flat((firmware, text), &answers, (&made, &told));
+            for (sum, own) in sums.iter_mut().zip(found) {
+                *sum += own * own;
+            }
         }
     }
     let rms = squares.map(|own| own.map(|own| f64::sqrt(own / f64::from(size(4_u32, 40)))));
@@ -240,11 +253,7 @@ fn ten_rounds_do_not_move_what_no_reading_determines() {
 }
 
 fn touched(made: &Made, own: &Delta, at: [f64; 2], rng: &mut rand_pcg::Pcg32) -> Point {
-    let told = Told {
-        own: *own,
-        tilt: [0.0; 2],
-    };
-    let z = told.touch(made, at, [0.0; 2]) + 0.01 * normal(rng);
+    let z = Told::level(*own).touch(made, at, [0.0; 2]) + 0.01 * normal(rng);
     own.steps([at[0], at[1], z])
 }
 

@@ -57,24 +57,24 @@ pub(super) struct Set {
 
 /// A: heights alone, B: rough beds, R: rods 1 mm too long, S: prints that shrink; 1 and 2: without, 3 and 4: with
 /// printed distances. Seven heights and six parameters leave one degree of freedom: both fits follow the same noise, and
-/// the mean ratio of 20 printers scatters by 0.04. B1 is four times as noisy as usual, which seven heights do not show. The
+/// the mean ratio of 20 printers scatters by 0.04. B1 is four times as noisy as usual, which that one shows at best in part. The
 /// heights of R1 are those of A1, and the distances of S3 those of R3, so that σ has to cover both.
 const SETS: &str = "
     # name number bed touch calliper rods shrink options height worse told within sigma
-    A1, 900, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     -,              0.97, 4, 0.667, 1.5, 10, 0.75, 1.2
-    A1, 901, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     rods±0.2,       1,    5, 0.667, 1.5, 10, 0.8,  1.2
-    A2, 902, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     saved,          0.98, 6, 0.667, 1.5, 11, 0.8,  1.2
-    A2, 911, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     fitted,         1.01, 2, 0.667, 1.5, 7,  0.8,  1.2
-    B1, 905, 0.08,  0.08, 0.05,  0.05,  0,    0, 0,     -,              0.99, 4, 0.5,   1.5, 4,  0.8,  1.7
-    R1, 907, 0.005, 0.03, 0.005, 0.015, 0,    1, 0,     -,              0.99, 4, 0.667, 1.5, 11, 0.8,  1.2
-    R1, 908, 0.005, 0.03, 0.005, 0.015, 0,    1, 0,     rods,           0.97, 4, 0.667, 1.5, 10, 0.8,  1.2
-    A3, 903, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     rods,           0.96, 4, 0.667, 1.5, 11, 0.75, 1.2
-    A3, 903, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     rods+shrinkage, 0.95, 4, 0.667, 1.5, 12, 0.8,  1.2
-    A4, 904, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     -,              0.99, 7, 0.667, 1.5, 12, 0.75, 1.2
-    B3, 906, 0.08,  0.08, 0.05,  0.05,  0.1,  0, 0,     rods,           0.95, 4, 0.667, 1.5, 12, 0.8,  1.2
-    R3, 909, 0.005, 0.03, 0.005, 0.015, 0.05, 1, 0,     rods,           0.97, 7, 0.667, 1.5, 10, 0.8,  1.25
-    R3, 909, 0.005, 0.03, 0.005, 0.015, 0.05, 1, 0,     rods+shrinkage, 0.95, 5, 0.667, 1.5, 6,  0.8,  1.2
-    S3, 910, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0.003, rods,           0.95, 4, 0.667, 1.5, 12, 0.8,  1.2
+    A1, 900, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     -,              0.96, 3, 0.8,   1.25, 12, 0.8,  1.2
+    A1, 901, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     rods±0.2,       1,    5, 0.8,   1.25, 12, 0.8,  1.2
+    A2, 902, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     saved,          1,    5, 0.8,   1.25, 12, 0.8,  1.2
+    A2, 911, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     fitted,         1.01, 2, 0.8,   1.25, 9,  0.8,  1.2
+    B1, 905, 0.08,  0.08, 0.05,  0.05,  0,    0, 0,     -,              0.98, 3, 0.6,   1.25, 8,  0.8,  1.5
+    R1, 907, 0.005, 0.03, 0.005, 0.015, 0,    1, 0,     -,              0.99, 4, 0.8,   1.25, 11, 0.8,  1.25
+    R1, 908, 0.005, 0.03, 0.005, 0.015, 0,    1, 0,     rods,           0.98, 3, 0.8,   1.25, 12, 0.8,  1.2
+    A3, 903, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     rods,           0.96, 4, 0.8,   1.25, 12, 0.8,  1.2
+    A3, 903, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     rods+shrinkage, 0.95, 4, 0.8,   1.25, 12, 0.8,  1.2
+    A4, 904, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     -,              1.01, 11, 0.8,  1.25, 12, 0.75, 1.2
+    B3, 906, 0.08,  0.08, 0.05,  0.05,  0.1,  0, 0,     rods,           0.9,  2, 0.8,   1.25, 12, 0.8,  1.2
+    R3, 909, 0.005, 0.03, 0.005, 0.015, 0.05, 1, 0,     rods,           0.98, 8, 0.8,   1.25, 11, 0.8,  1.25
+    R3, 909, 0.005, 0.03, 0.005, 0.015, 0.05, 1, 0,     rods+shrinkage, 0.95, 4, 0.667, 1.5,  9,  0.8,  1.2
+    S3, 910, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0.003, rods,           0.95, 4, 0.8,   1.25, 12, 0.8,  1.2
     ";
 
 fn sets() -> Vec<Set> {
@@ -360,7 +360,7 @@ pub(super) fn reported(
 fn imported(text: &str, stated: &Stated) -> Imported {
     let input = InputText::new("printer.cfg", text);
     let own = Firmware::Klipper.import(&input, stated, &|_, _| Ok(Vec::new()));
-    own.unwrap().with_prints(stated).unwrap()
+    own.unwrap().with_prints(stated, &[]).unwrap()
 }
 
 /// Errors of height, size, x and y with the program's lines, after Klipper's basic fit, and after its extended one.
@@ -617,5 +617,5 @@ fn left_out_heights_of_real_printers_are_predicted_better_than_klippers_own() {
     }
     let [ours, theirs] = [ours, theirs].map(|squares| f64::sqrt(squares / count));
     eprintln!("left out: {ours:.3} mm, least squares {theirs:.3} mm");
-    assert!(ours < 0.9 * theirs, "{ours} {theirs}");
+    assert!(ours < 0.7 * theirs, "{ours} {theirs}");
 }

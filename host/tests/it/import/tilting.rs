@@ -1,15 +1,10 @@
 //! Effectors that tilt, because the two rods of a tower differ, with a probe beside the nozzle.
 
-use crate::export::klipper::Delta;
-use crate::import::beds::Told;
-use crate::import::campaign::{
-    HEIGHT, Made, OF_PRINTER, STEPS, drawn, normal, prints, set, spread,
-};
+use crate::import::beds::{self, Told};
+use crate::import::campaign::{Made, drawn, normal, set, spread};
 use crate::import::fixtures::{Printer, folder};
 use delta_cal_host::geometry::Parallelograms;
-use delta_cal_host::import::{Firmware, Stated};
-use delta_cal_host::report::printer::PrinterReport;
-use delta_cal_host::{InputText, calibrate, printer};
+use delta_cal_host::import::Firmware;
 use delta_cal_tests::{generator, size};
 use std::fmt::Write;
 
@@ -40,11 +35,7 @@ struct Touched<'a> {
 
 impl Touched<'_> {
     fn touch(&self, at: [f64; 2], beside: [f64; 2]) -> f64 {
-        let told = Told {
-            own: drawn(),
-            tilt: [0.0; 2],
-        };
-        told.touch(self.made, at, beside)
+        Told::level(drawn()).touch(self.made, at, beside)
     }
 
     /// Of 16 places, nozzle and probe over the bed.
@@ -86,29 +77,14 @@ fn configuration([x, y]: [f64; 2]) -> String {
     )
 }
 
-/// How flat a printer prints with the lines, or with the configuration if there are none, and what is stated of it.
+/// How flat a printer prints, and what is stated of it, with its probe this far beside the nozzle.
 fn flat(made: &Made, beside: [f64; 2], samples: &[(&str, String)]) -> [f64; 2] {
-    let text = |(name, own): &(&str, String)| InputText::new(*name, own.as_str());
-    let config = text(&("printer.cfg", configuration(beside)));
-    let samples: Vec<_> = samples.iter().map(text).collect();
-    let none = |_: &str, _: &str| Ok(Vec::new());
-    let stated = Stated::default();
-    let own = printer::read(
-        Firmware::Klipper,
-        &config,
-        &samples,
-        &stated,
-        &none,
-        &OF_PRINTER,
-    );
-    let own = own.unwrap();
-    let calibrated = calibrate(&own.robot, &own.readings, &OF_PRINTER).unwrap();
-    let report = PrinterReport::of(&own, calibrated).unwrap().printer;
-    let (pasted, stated) = match &report.lines {
-        Some(lines) => (Delta::pasted(lines, STEPS), report.after),
-        None => (drawn(), report.before),
-    };
-    [prints(made, &pasted)[HEIGHT], stated.unwrap().height]
+    let configuration = configuration(beside);
+    beds::flat(
+        (Firmware::Klipper, &configuration),
+        samples,
+        (made, &Told::level(drawn())),
+    )
 }
 
 /// Pairs of rods that differ by 0.1 mm. With 16 touches and 7 papers the bed is nearly as flat as that of a printer that does

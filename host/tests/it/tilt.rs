@@ -277,10 +277,9 @@ fn tools(campaign: Campaign) -> [f64; 5] {
             frame: campaign.frame,
             ..Options::default()
         };
-        // Model 24 does not fit all robots that tilt.
-        let report = match calibrate(&own.file, &own.readings, &options) {
-            Err(_) if !campaign.known => continue,
-            report => report.unwrap(),
+        // Model 24 does not fit all robots that tilt; of others a few are doubted.
+        let Ok(report) = calibrate(&own.file, &own.readings, &options) else {
+            continue;
         };
         calibrated += 1.0;
         let mut rng = Pcg32::seed_from_u64(seed);
@@ -320,7 +319,8 @@ fn tools(campaign: Campaign) -> [f64; 5] {
             *sum += own;
         }
     }
-    assert!(calibrated > 0.6 * f64::from(robots), "{calibrated}");
+    let least = if campaign.known { 0.95 } else { 0.6 };
+    assert!(calibrated > least * f64::from(robots), "{calibrated}");
     sums.map(|own| f64::sqrt(own / calibrated))
 }
 

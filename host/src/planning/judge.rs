@@ -309,13 +309,8 @@ impl Information {
             read_rotation(robot, rods.zip(tilt), &rows[index], (&mut all, mountings));
             all
         };
-        let units = DVector::from_fn(unknowns + beyond, |unknown, _| {
-            if unknown < unknowns {
-                problem.unit_of(unknown)
-            } else {
-                1.0
-            }
-        });
+        let of_core = |own| (own < unknowns).then(|| problem.unit_of(own));
+        let units = DVector::from_fn(unknowns + beyond, |own, _| of_core(own).unwrap_or(1.0));
         let robots = setup.robot_unknowns();
         let of_robot = std::array::from_fn(|own| match own {
             WITH_TRANSMISSIONS.. => tilt.map(|first| first + own - WITH_TRANSMISSIONS),

@@ -421,6 +421,24 @@ impl State {
         DMatrix::from_fn(rows.len(), number + 1, |row, column| rows[row][column])
     }
 
+    /// What the last rows of what is known of the effects say of the noise of rotations; with the step of the effects and its
+    /// covariance.
+    fn noise_of_rotations(
+        &self,
+        known: &DMatrix<f64>,
+        (by, covariance): (&DVector<f64>, &DMatrix<f64>),
+    ) -> Option<OrientationNoise> {
+        let rows = 3 * self.orientations.len();
+        let read = known.rows_range(known.nrows() - rows..);
+        let columns = read.columns(0, by.len());
+        let residuals = read.column(by.len()) - columns * by;
+        // The mean over a target's rows says how it is mounted.
+        let taken = 3.0 * self.platform.targets() as f64
+            + (columns * covariance * columns.transpose()).trace();
+        let freedom = residuals.len() as f64 - taken;
+        (rows > 0).then(|| OrientationNoise::of(&residuals, self.turn, freedom))
+    }
+
     /// Adds a step to the effects.
     fn take(&mut self, step: &Step) {
         let mut next = 0;
@@ -579,13 +597,7 @@ impl Step {
             Heights::of(&all, &touched, (bed, height, solution.levels.height))
         });
         let mut triangle = measured.qr().unpack_r();
-        // What no reading shows stays as it is.
-        for place in unknowns..width - 1 {
-            let length = triangle.column(place).norm();
-            if triangle[(place, place)].abs() <= INDISTINCT * length {
-                triangle[(place, place)] = f64::INFINITY;
-            }
-        }
+        hold_indistinct(&mut triangle, unknowns..width - 1);
         let upper = triangle
             .view((unknowns, unknowns), (number, number))
             .into_owned();
@@ -598,19 +610,9 @@ impl Step {
         let robots = triangle.view((0, 0), (unknowns, unknowns)).into_owned();
         let shared = triangle.view((0, unknowns), (unknowns, number));
         let follows = -(inverted(&robots) * shared);
-        let variance = solution.squares() / solution.degrees_of_freedom();
-        let variance = if variance > 1.0 { variance } else { 1.0 };
+        let variance = (solution.squares() / solution.degrees_of_freedom()).max(1.0);
         let covariance = &inverse * inverse.transpose();
-        let orientation = (!state.orientations.is_empty()).then(|| {
-            let read = own.rows_range(own.nrows() - 3 * state.orientations.len()..);
-            let columns = read.columns(0, number);
-            let residuals = read.column(number) - columns * &by;
-            // The mean over a target's rows says how it is mounted.
-            let targets = course.platform.targets() as f64;
-            let taken = 3.0 * targets + (columns * &covariance * columns.transpose()).trace();
-            let freedom = residuals.len() as f64 - taken;
-            OrientationNoise::of(&residuals, state.turn, freedom)
-        });
+        let orientation = state.noise_of_rotations(&own, (&by, &covariance));
         let height = own.nrows().max(number + 1);
         let prior = own.resize_vertically(height, 0.0).qr().unpack_r();
         Self {
@@ -793,6 +795,16 @@ pub(crate) fn columns_of(
         }
     }
     columns
+}
+
+/// What no reading shows stays as it is.
+fn hold_indistinct(triangle: &mut DMatrix<f64>, places: std::ops::Range<usize>) {
+    for place in places {
+        let length = triangle.column(place).norm();
+        if triangle[(place, place)].abs() <= INDISTINCT * length {
+            triangle[(place, place)] = f64::INFINITY;
+        }
+    }
 }
 
 /// A triangle's inverse; an unknown with an infinite pivot has none and stays.

@@ -6,14 +6,14 @@ use super::setup::Setup;
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
 use crate::cores;
-use crate::effects::{At, Course, EffectKind, Platform};
+use crate::effects::{At, Course, EffectKind, Estimated, Platform};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
 use crate::fit::jointly::stated;
 use crate::fit::observations::{instruments, levels, row, tolerance};
 use crate::fit::solution::{MOST, OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Unsolved};
-use crate::geometry::NUMBERS;
+use crate::geometry::{NUMBERS, Parallelograms};
 use delta_cal::observations::ObservationProblem;
 use delta_cal::simulate::made_robot;
 use delta_cal::{Robot, Sample, Settings};
@@ -202,6 +202,40 @@ const ANY_MOUNTING: f64 = 1.0;
 /// σ of what is exact, mm.
 const LEAST_SIGMA: f64 = 1e-6;
 
+/// Number of the unknowns of the effects before one of a kind.
+fn before(effects: &[Estimated], kind: EffectKind) -> Option<usize> {
+    let index = effects.iter().position(|own| own.effect.kind == kind)?;
+    Some(effects[..index].iter().map(|own| own.by.len()).sum())
+}
+
+/// The rods and the noise of rotations, radians, and the first unknown of the rods.
+type Rotations = ((Parallelograms, f64), usize);
+
+/// The sensitivity of a row's rotation, if it has one: to the rods, and to how its target is mounted, the first of these unknowns
+/// being `mountings`.
+fn read_rotation(
+    robot: &Robot<f64>,
+    rotations: Option<Rotations>,
+    row: &Reading,
+    (all, mountings): (&mut DMatrix<f64>, usize),
+) {
+    let Some(((rods, sigma), tilt)) = rotations else {
+        return;
+    };
+    let position = row.turn.and_then(|_| robot.forward(&row.joints).ok());
+    let by = position.and_then(|own| rods.turns(robot, (&own, &row.joints)));
+    let Some(by) = by else {
+        return;
+    };
+    let mounting = mountings + 3 * row.target;
+    for axis in 0..3 {
+        let mut column = all.column_mut(READINGS + axis);
+        let by = by.row(axis).transpose() / sigma;
+        column.rows_mut(tilt, NUMBERS).copy_from(&by);
+        column[mounting + axis] = 1.0 / sigma;
+    }
+}
+
 impl Information {
     /// The information of rows about a robot. Their values matter only where they locate the instruments; `anchors` help to locate
     /// the instruments and add no information.
@@ -248,24 +282,15 @@ impl Information {
         let (turns, mountings) = rods.map_or((0, 0), |_| (3, 3 * setup.targets.len().max(1)));
         let beyond = of_effects + mountings;
         let start = problem.start_unknowns();
-        // The first unknown of an effect.
-        let first = |kind: EffectKind| {
-            let index = effects.iter().position(|own| own.effect.kind == kind)?;
-            let before = effects[..index].iter().map(|own| own.effect.unknowns());
-            Some(unknowns + before.sum::<usize>())
-        };
+        let first = |kind| Some(unknowns + before(&effects, kind)?);
         let tilt = first(EffectKind::Tilt);
         let sensitivity = |index: usize| {
             let columns = problem.linearized_at(robot, start, index);
             let mut all =
                 DMatrix::from_fn(unknowns + beyond, READINGS + turns, |unknown, reading| {
-                    columns.map_or(0.0, |columns| {
-                        columns
-                            .get(unknown)
-                            .and_then(|own| own.get(reading))
-                            .copied()
-                            .unwrap_or_default()
-                    })
+                    let own = columns.as_ref();
+                    let own = own.and_then(|own| own.get(unknown)?.get(reading));
+                    own.copied().unwrap_or_default()
                 });
             let by_positions = problem.by_positions_at(robot, start, index);
             for (by_position, joints) in by_positions.iter().flatten().zip(rows[index].poses()) {
@@ -280,29 +305,12 @@ impl Information {
                     }
                 }
             }
-            let row = &rows[index];
-            if let (Some((rods, orientation)), Some(tilt), Some(_)) = (rods, tilt, row.turn)
-                && let Ok(position) = robot.forward(&row.joints)
-                && let Some(by) = rods.turns(robot, (&position, &row.joints))
-            {
-                let mounting = unknowns + of_effects + 3 * row.target;
-                for axis in 0..3 {
-                    let mut column = all.column_mut(READINGS + axis);
-                    column
-                        .rows_mut(tilt, NUMBERS)
-                        .copy_from(&(by.row(axis).transpose() / orientation));
-                    column[mounting + axis] = 1.0 / orientation;
-                }
-            }
+            let mountings = unknowns + of_effects;
+            read_rotation(robot, rods.zip(tilt), &rows[index], (&mut all, mountings));
             all
         };
-        let units = DVector::from_fn(unknowns + beyond, |unknown, _| {
-            if unknown < unknowns {
-                problem.unit_of(unknown)
-            } else {
-                1.0
-            }
-        });
+        let of_core = |own| (own < unknowns).then(|| problem.unit_of(own));
+        let units = DVector::from_fn(unknowns + beyond, |own, _| of_core(own).unwrap_or(1.0));
         let robots = setup.robot_unknowns();
         let of_robot = std::array::from_fn(|own| match own {
             WITH_TRANSMISSIONS.. => tilt.map(|first| first + own - WITH_TRANSMISSIONS),

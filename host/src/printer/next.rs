@@ -105,17 +105,17 @@ fn chosen(
     (chosen, with)
 }
 
-fn row(reading: Reading) -> Row<Reading> {
+fn row(reading: &Reading) -> Row<Reading> {
     Row {
         line: 0,
-        value: reading,
+        value: *reading,
     }
 }
 
 /// A touch of the bed, which is the first plane, with the nozzle at a place: by itself, or by the probe.
 fn height(robot: &RobotFile, [x, y]: [f64; 2], target: usize) -> Option<Row<Reading>> {
     let joints = robot.robot.inverse(&Vector3::new(x, y, 0.0)).ok()?;
-    Some(row(Reading {
+    Some(row(&Reading {
         height: Some((0, 0.0)),
         target,
         ..Reading::at(joints)
@@ -161,7 +161,7 @@ fn object(robot: &RobotFile) -> Option<Vec<Row<Reading>>> {
             let from = middle + towards(along, RIDGE);
             let to = middle + towards(along, OUTER + RIDGE);
             let from_joints = robot.robot.inverse(&from).ok()?;
-            rows.push(row(Reading {
+            rows.push(row(&Reading {
                 distance: Some((ReadingFrom::Pose(from_joints), (to - from).norm())),
                 ..Reading::at(robot.robot.inverse(&to).ok()?)
             }));

@@ -9,7 +9,7 @@ use crate::effects::Estimated;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::halt;
-use delta_cal::{Noise, Refusal};
+use delta_cal::{Noise, Real, Refusal};
 use statrs::function::gamma::ln_gamma;
 
 /// Degrees of freedom of the typical noise of heights and distances, known within a factor of 3 either way.
@@ -152,14 +152,18 @@ fn next(own: &mut KindNoise) -> Result<f64, Unsolved> {
         return Err(Unsolved::NoRedundancy);
     }
     if own.kind == Kind::Height {
-        let (tight, off) = (HEIGHTS.1.ln().powi(-2), (own.sigma / HEIGHTS.0).ln());
-        let mut by = 0.0;
+        // The core's logarithm, and no `powi` of a constant: a page in a browser computes the same bits.
+        let width = HEIGHTS.1.natural_logarithm();
+        let tight = 1.0 / (width * width);
+        let off = (own.sigma / HEIGHTS.0).natural_logarithm();
+        // Newton's method, for the square of the factor.
+        let mut square: f64 = 1.0;
         for _ in 0..ROUNDS {
-            let squares = own.squares * f64::exp(-2.0 * by);
-            let over = squares - own.freedom - tight * (off + by);
-            by += (over / (2.0 * squares + tight)).min(1.0);
+            let squares = own.squares / square;
+            let over = squares - own.freedom - tight * (off + 0.5 * square.natural_logarithm());
+            square += (over * square / (squares + 0.5 * tight)).max(-0.75 * square);
         }
-        return Ok(f64::exp(by));
+        return Ok(square.sqrt());
     }
     let squares = own.squares + worth * (usual / own.sigma).powi(2);
     Ok((squares / own.known).sqrt())

@@ -429,7 +429,8 @@ fn tools_are_where_they_are_stated_to_be_although_the_platform_tilts() {
         let promise = stated / expected;
         assert!(best == 0.0 || (0.95..1.05).contains(&promise), "{found:?}");
     }
-    let [_, one, turned, _] = found.map(|own| own[0]);
+    // As stated, which is as promised above: what is achieved scatters too much for a ratio of two.
+    let [_, one, turned, _] = found.map(|own| own[1]);
     assert!(turned < 0.6 * one, "{found:?}");
 }
 

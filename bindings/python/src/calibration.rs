@@ -3,7 +3,8 @@
 use crate::arrays::{array, hexadecimal, with_cores, with_cores_telling};
 use crate::errors::{calibrate_error, in_python, in_rows, input_error, value_error};
 
-use crate::files::{bytes_of, configuration, included, loads, plain};
+use crate::files::{bytes_of, loads, plain};
+use crate::printer::{configuration, included};
 use crate::robot::{Robot, parameters_of};
 use crate::samples::{Again, Samples};
 use crate::stated::{FRAMES, METHODS, word};

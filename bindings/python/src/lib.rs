@@ -25,6 +25,7 @@ mod calibration;
 mod errors;
 mod files;
 mod lanes;
+mod printer;
 mod robot;
 mod samples;
 mod stated;

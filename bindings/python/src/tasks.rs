@@ -3,7 +3,8 @@
 use crate::arrays::{array, with_cores, with_cores_telling};
 use crate::calibration::{document, limit_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
-use crate::files::{configuration, included, loads, plain};
+use crate::files::{loads, plain};
+use crate::printer::{configuration, included};
 use crate::robot::Robot;
 use crate::samples::{Samples, samples_of_bytes};
 use crate::stated::{FRAMES, METHODS, word};

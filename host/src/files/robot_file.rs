@@ -5,7 +5,6 @@ mod section;
 mod write;
 
 use super::convention::Convention;
-use super::samples_file::Kind;
 use crate::geometry::{LIMIT_MARGIN, Parallelograms, PlatformPose, Reach, Region, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
@@ -13,6 +12,51 @@ use delta_cal::kinematics::{JointLimits, KinematicsError};
 use delta_cal::robot::{Drive, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
+use serde::Serialize;
+
+/// Kinds of readings, each with its own noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// A coordinate: x, y or z.
+    Position,
+    /// A height above a plane.
+    Height,
+    /// A distance from a point or between two poses.
+    Distance,
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::Position, Self::Height, Self::Distance];
+
+    /// The kind of the reading at an index in a row.
+    pub const fn of_place(place: usize) -> Self {
+        match place {
+            0..3 => Self::Position,
+            3 => Self::Height,
+            _ => Self::Distance,
+        }
+    }
+
+    /// Its key in the `[noise]` section.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Position => "position_mm",
+            Self::Height => "height_mm",
+            Self::Distance => "distance_mm",
+        }
+    }
+
+    /// "coordinates", "heights", "distances".
+    pub const fn plural(self) -> &'static str {
+        match self {
+            Self::Position => "coordinates",
+            Self::Height => "heights",
+            Self::Distance => "distances",
+        }
+    }
+}
 
 /// The target's name if the samples name none: that of the section `[target]`.
 pub(crate) const ONLY_TARGET: &str = "target";

@@ -6,6 +6,7 @@ mod table;
 use super::columns::{Quantity, Unit};
 use super::convention::Convention;
 use super::input::{InputError, InputText};
+pub use super::robot_file::Kind;
 use super::robot_file::{ONLY_TARGET, RobotFile};
 use crate::geometry::rotation;
 use crate::halt;
@@ -15,57 +16,12 @@ use delta_cal::robot::Drive;
 use delta_cal::{Noise, Sample};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 pub use pairs::Joined;
-use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::Hash;
 use table::{Table, TableRow};
 
 /// Readings per row: x, y, z, height, distance.
 pub const READINGS: usize = 5;
-
-/// Kinds of readings, each with its own noise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// A coordinate: x, y or z.
-    Position,
-    /// A height above a plane.
-    Height,
-    /// A distance from a point or between two poses.
-    Distance,
-}
-
-impl Kind {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Position, Self::Height, Self::Distance];
-
-    /// The kind of the reading at an index in a row.
-    pub const fn of_place(place: usize) -> Self {
-        match place {
-            0..3 => Self::Position,
-            3 => Self::Height,
-            _ => Self::Distance,
-        }
-    }
-
-    /// Its key in the `[noise]` section.
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Position => "position_mm",
-            Self::Height => "height_mm",
-            Self::Distance => "distance_mm",
-        }
-    }
-
-    /// "coordinates", "heights", "distances".
-    pub const fn plural(self) -> &'static str {
-        match self {
-            Self::Position => "coordinates",
-            Self::Height => "heights",
-            Self::Distance => "distances",
-        }
-    }
-}
 
 /// The plane's name if the file names none.
 const ONLY_PLANE: &str = "plane";

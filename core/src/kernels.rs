@@ -96,23 +96,23 @@ kernels! { [f32, f64]
         is_below(robot, of, means)
     }
 
-    /// [`Gate::take`].
+    /// [`Gate::add`].
     fn gate_add(
         gate: &mut Gate<Self>,
         samples: &mut ArmSamples<Self>,
         sample: &Sample<Self>,
         forgetting: Option<&Forgetting<Self>>,
     ) -> Result<Verdict<Self>, SampleError> {
-        gate.take(samples, sample, forgetting)
+        gate.add(samples, sample, forgetting)
     }
 
-    /// [`Gate::follow`].
+    /// [`Gate::catch_up`].
     fn gate_catch_up(
         gate: &mut Gate<Self>,
         samples: &mut ArmSamples<Self>,
         forgetting: Option<&Forgetting<Self>>,
     ) -> bool {
-        gate.follow(samples, forgetting)
+        gate.catch_up(samples, forgetting)
     }
 
     /// [`JointSamples::take`].

@@ -132,7 +132,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             }
             Some(Gated { gate, beside }) => {
                 let (arms, others) = E::arms(&mut self.calibrator.samples, beside);
-                let verdict = gate.add(arms, sample, forgetting.as_ref());
+                let verdict = T::gate_add(gate, arms, sample, forgetting.as_ref());
                 match (&verdict, others, &forgetting) {
                     (Err(_), ..) => return verdict,
                     (Ok(Verdict::Rejected(_)), ..) => work = self.work,
@@ -269,7 +269,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             return false;
         };
         let (arms, _) = E::arms(&mut self.calibrator.samples, beside);
-        gate.catch_up(arms, forgetting.as_ref())
+        T::gate_catch_up(gate, arms, forgetting.as_ref())
     }
 
     fn advance(&mut self) {

@@ -89,24 +89,14 @@ impl<T: Real> Gate<T> {
     ///
     /// # Errors
     /// An invalid number; nothing has changed.
-    pub(super) fn add(
-        &mut self,
-        samples: &mut ArmSamples<T>,
-        sample: &Sample<T>,
-        forgetting: Option<&Forgetting<T>>,
-    ) -> Result<Verdict<T>, SampleError> {
-        T::gate_add(self, samples, sample, forgetting)
-    }
-
-    /// [`add`](Self::add).
-    pub(crate) fn take(
+    pub(crate) fn add(
         &mut self,
         samples: &mut ArmSamples<T>,
         sample: &Sample<T>,
         forgetting: Option<&Forgetting<T>>,
     ) -> Result<Verdict<T>, SampleError> {
         NominalArm::check_sample(samples.nominal_arms(), sample)?;
-        self.catch_up(samples, forgetting);
+        T::gate_catch_up(self, samples, forgetting);
         let rows = self.rows(samples.nominal_arms(), sample);
         let verdict = self.judge(samples.nominal_arms(), samples.settings(), &rows);
         if let Verdict::Rejected(_) = verdict {
@@ -234,16 +224,7 @@ impl<T: Real> Gate<T> {
     /// What is left to do after a sample: an arm whose block is complete takes it in, no two arms' after the same sample.
     /// Once its samples have grown by an eighth, its prediction is relinearised then; with forgetting at every block:
     /// this is how the predictions forget, too. Returns whether there was anything to do.
-    pub(super) fn catch_up(
-        &mut self,
-        samples: &mut ArmSamples<T>,
-        forgetting: Option<&Forgetting<T>>,
-    ) -> bool {
-        T::gate_catch_up(self, samples, forgetting)
-    }
-
-    /// [`catch_up`](Self::catch_up).
-    pub(crate) fn follow(
+    pub(crate) fn catch_up(
         &mut self,
         samples: &mut ArmSamples<T>,
         forgetting: Option<&Forgetting<T>>,

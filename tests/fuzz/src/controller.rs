@@ -1,7 +1,8 @@
 //! The controller: whatever it receives, it answers with intact frames and keeps a valid robot.
 
 use crate::numbers::{Bits, Source, finite_robot};
-use delta_cal::ArmIndex;
+use crate::solver::{JOINT_PIECES, steps};
+use delta_cal::{ArmIndex, Settings};
 use delta_cal_controller::{Controller, ParameterFlash, StreamFlash, StreamPace};
 use delta_cal_firmware_example::machine;
 use delta_cal_protocol::Estimator;
@@ -9,9 +10,6 @@ use delta_cal_protocol::{
     Begin, ControlLoop, Direction, LARGEST_FRAME, Origin, ParameterSet, Phase, Reader as From,
     Receiver, Request, Response, RevertTo, SampleMessage, Wire, Writer as To, encode,
 };
-
-/// Upper limit of background steps per calibration: 3 arms, 40 starts of 50 steps each.
-const STEPS: u32 = 3 * 40 * 51;
 
 in_either_precision!(controller, session);
 
@@ -122,7 +120,7 @@ impl<T: Bits> Bench<T> {
 
     /// Runs background work to its end.
     fn rest(&mut self) {
-        let mut left = STEPS;
+        let mut left = JOINT_PIECES * steps(&Settings::<T>::new());
         while self.controller.idle() {
             left -= 1;
             assert!(left > 0, "no end");

@@ -11,7 +11,7 @@ const STARTS: u32 = 40;
 /// `many_rounds_f64` takes 14,323 in all.
 const ARM_PIECES: u32 = 6;
 /// The same with 24 rows; a covariance takes fewer.
-const JOINT_PIECES: u32 = 16;
+pub(crate) const JOINT_PIECES: u32 = 16;
 /// Steps of a start or round besides its iterations: it is settled, its covariance cleared, computed and compared.
 const JUDGED: u32 = 4;
 
@@ -112,7 +112,7 @@ fn solved<T: Bits, E: Estimator>(
 }
 
 /// An upper limit of the iterations, of all starts and rounds, that a calibration with these settings takes.
-fn steps<T: Bits>(settings: &Settings<T>) -> u32 {
+pub(crate) fn steps<T: Bits>(settings: &Settings<T>) -> u32 {
     3 * STARTS * (u32::from(settings.iteration_limit) + 1 + JUDGED)
 }
 

@@ -133,8 +133,9 @@ fn refused(
     let hint = diagnosis.is_none().then(|| match objection {
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
-        _ => explained_by_rods(case)
-            .or_else(by_one)
+        // Twelve numbers of the rods explain some of what a single cause does.
+        _ => by_one()
+            .or_else(|| explained_by_rods(case))
             .or_else(|| Some(beside_the_platform_point(case)?.text))
             .or_else(|| wrong_rows(case)),
     });

@@ -19,8 +19,8 @@ pub const COVERAGE: f64 = 0.95;
 const MIXED: usize = 250;
 /// Quantiles of an estimated noise: the midpoints of equally probable intervals.
 const NOISE_LEVELS: u32 = 24;
-/// Bisections, to a millionth.
-const HALVINGS: u32 = 24;
+/// A difference of probabilities that counts as none.
+const CLOSE: f64 = 1e-7;
 
 /// Covariances of positions over the workspace, mm².
 pub(crate) struct Spread {
@@ -87,23 +87,33 @@ impl Spread {
     }
 }
 
-/// The probability that the squared length of N(0, Σ) is at most `square`.
-fn within(covariance: &Matrix3<f64>, square: f64) -> f64 {
-    let values = covariance.symmetric_eigenvalues();
-    let sum = |power: i32| {
-        values
-            .iter()
-            .map(|own| own.max(0.0).powi(power))
-            .sum::<f64>()
-    };
-    let (first, second, third) = (sum(1), 2.0 * sum(2), 8.0 * sum(3));
-    if !(third > 0.0) {
-        return 1.0;
+/// The squared length of N(0, Σ): a shifted and scaled χ².
+struct SquaredLength {
+    mean: f64,
+    scale: f64,
+    freedom: f64,
+    chi_squared: ChiSquared,
+}
+
+impl SquaredLength {
+    /// From the traces of Σ, Σ² and Σ³, the sums of the eigenvalues' powers. `None` if Σ is zero.
+    fn of(covariance: &Matrix3<f64>) -> Option<Self> {
+        let second = 2.0 * covariance.norm_squared();
+        let third = 8.0 * (covariance * covariance).dot(covariance);
+        let freedom = second * second * second * 8.0 / (third * third);
+        Some(Self {
+            mean: covariance.trace(),
+            scale: (second / (2.0 * freedom)).sqrt(),
+            freedom,
+            chi_squared: ChiSquared::new(freedom).ok()?,
+        })
     }
-    let freedom = 8.0 * second.powi(3) / (third * third);
-    let scale = (second / (2.0 * freedom)).sqrt();
-    let shifted = freedom + (square - first) / scale;
-    ChiSquared::new(freedom).map_or(1.0, |own| own.cdf(shifted.max(0.0)))
+
+    /// The probability that it is at most this.
+    fn within(&self, square: f64) -> f64 {
+        let shifted = self.freedom + (square - self.mean) / self.scale;
+        self.chi_squared.cdf(shifted.max(0.0))
+    }
 }
 
 /// The length that errors with these covariances, equally probable, exceed with a probability of 5 %.
@@ -114,30 +124,36 @@ fn length(covariances: &[Matrix3<f64>], freedom: Option<f64>) -> Option<f64> {
         Some(freedom) => noise_levels(freedom, NOISE_LEVELS)?,
     };
     let count = (covariances.len() * levels.len()) as f64;
-    let inside = |length: f64| {
-        let each = covariances.iter().flat_map(|own| {
-            let square = length * length;
-            levels.iter().map(move |level| within(own, square / level))
+    let lengths: Vec<_> = covariances.iter().map(SquaredLength::of).collect();
+    let spare = |length: f64| {
+        let square = length * length;
+        let each = lengths.iter().flat_map(|own| {
+            let within = move |level| own.as_ref().map_or(1.0, |own| own.within(square / level));
+            levels.iter().map(within)
         });
-        each.sum::<f64>() / count
+        each.sum::<f64>() / count - COVERAGE
     };
-    let (mut low, mut high) = (0.0, 0.0);
-    for own in covariances {
-        high = f64::max(high, own.trace());
-    }
-    high = high.sqrt();
-    while inside(high) < COVERAGE {
+    let variances = covariances.iter().map(Matrix3::trace);
+    let mut high = variances.fold(0.0, f64::max).sqrt();
+    while spare(high) < 0.0 {
         high *= 2.0;
     }
-    for _ in 0..HALVINGS {
-        let middle = f64::midpoint(low, high);
-        if inside(middle) < COVERAGE {
-            low = middle;
+    let (mut low, mut below, mut above) = (0.0, -COVERAGE, spare(high));
+    // Regula falsi (Illinois): an end that stays twice counts half.
+    let mut last = 0.0;
+    while above > CLOSE && below < -CLOSE {
+        let length = (low * above - high * below) / (above - below);
+        let found = spare(length);
+        if found < 0.0 {
+            above *= if last < 0.0 { 0.5 } else { 1.0 };
+            (low, below) = (length, found);
         } else {
-            high = middle;
+            below *= if last > 0.0 { 0.5 } else { 1.0 };
+            (high, above) = (length, found);
         }
+        last = found;
     }
-    high.is_finite().then_some(high)
+    Some(if above > CLOSE { low } else { high }).filter(|own| own.is_finite())
 }
 
 /// Mean, rms and largest absolute value of each axis and of the length of vectors.

@@ -99,7 +99,8 @@ impl<const P: usize> Sensitivities<P> {
     pub(crate) fn mean_square(&self) -> SMatrix<f64, P, P> {
         let mut sum = SMatrix::<f64, P, P>::zeros();
         for (_, jacobian) in &self.0 {
-            sum.gemm_tr(1.0, jacobian, jacobian, 1.0);
+            // Along the long columns, as above.
+            sum.gemm(1.0, &jacobian.transpose(), jacobian, 1.0);
         }
         sum / self.0.len() as f64
     }

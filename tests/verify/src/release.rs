@@ -124,8 +124,10 @@ build/controller | diff expected -
 
 pub(crate) const WEB: Stage = Stage {
     name: "web",
-    about: "the page builds, and works in a browser (node, npm, python3, chromium)",
+    about: "the page: clippy, builds, and works in a browser (node, npm, python3, chromium)",
     commands: &[
+        "cargo clippy --quiet --package delta-cal-host --package delta-cal-web --no-default-features \
+         --target wasm32-unknown-unknown -- --deny warnings",
         "npm ci --prefix bindings/web --no-audit --no-fund",
         "node bindings/web/build.mjs",
         "npm run --silent check --prefix bindings/web",

@@ -223,33 +223,6 @@ fn samples_of_no_delta_robot_are_never_accepted_with_a_stated_noise() {
 }
 
 #[test]
-fn an_accepted_calibration_never_fits_worse_than_before() {
-    let mut accepted = 0;
-    for seed in 0..300 {
-        let noise = Noise::new(0.05, 0.01 * DEGREE).unwrap();
-        let (_, samples) = robot_and_samples(seed, 8 + seed as usize % 30, Some(&noise));
-        for damped in [true, false] {
-            let settings = Settings::default().with_damping(damped);
-            let mut calibrator = IkmCalibrator::new(&paper_robot(), &settings);
-            calibrator.add_many(&samples).unwrap();
-            let Ok(outcome) = calibrator.calibrate() else {
-                continue;
-            };
-            accepted += 1;
-            let before = calibrator.sums_of_squares(&paper_robot());
-            let after = calibrator.sums_of_squares(&outcome.robot);
-            for (before, after) in before.iter().zip(after) {
-                assert!(
-                    after <= before * (1.0 + 1e-9),
-                    "seed {seed}: {after} after {before}"
-                );
-            }
-        }
-    }
-    assert!(accepted > 500, "{accepted}");
-}
-
-#[test]
 fn noises_and_tolerances_that_are_none() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(Noise::new(bad, 0.0), Err(SettingError::PositionNoise));

@@ -277,11 +277,8 @@ pub extern "C" fn frame(
         translation.usable()?;
         let own = calibrator.get()?;
         let outcome = own.outcome()?;
-        let frame = if own.instruments().sensor_frame {
-            outcome.frame()
-        } else {
-            RigidTransform::identity()
-        };
+        let frame = (own.instruments().sensor_frame).then(|| outcome.frame());
+        let frame = frame.unwrap_or_else(RigidTransform::identity);
         rotation.put(frame.rotation.transpose().into())?;
         Ok(translation.put(frame.translation.into())?)
     })

@@ -21,7 +21,6 @@ use delta_cal::nalgebra::Vector3;
 use delta_cal::{Real, Refusal, Robot};
 use delta_cal_controller::{Halves, Limiter, Limits, ParameterFlash, Path};
 use delta_cal_firmware_example::{TURNS_A_SECOND, nominal};
-use delta_cal_protocol::{Reader, Wire, Writer};
 use emulated::TICKS_A_TURN;
 use plant::Plant;
 
@@ -172,7 +171,11 @@ pub(crate) fn joints() -> [f32; 3] {
 /// Stores new parameters, for the next start.
 fn take_over(store: &mut Store, robot: &Robot<f32>) {
     let mut bytes = [0; size_of::<Parameters>()];
-    robot.parameters().put(&mut Writer::new(&mut bytes));
+    let parameters = robot.parameters();
+    let places = bytes.as_chunks_mut().0.iter_mut();
+    for (place, number) in places.zip(parameters.as_flattened()) {
+        *place = number.to_le_bytes();
+    }
     if store.save(&bytes).is_err() {
         fail("not stored");
     }
@@ -189,7 +192,11 @@ const RECORD: u32 = 0x64_63_00_01;
 fn load(store: &mut Store) -> Option<Robot<f32>> {
     let mut bytes = [0; size_of::<Parameters>()];
     let content = store.load(&mut bytes).ok()??;
-    let parameters = Parameters::get(&mut Reader::new(content))?;
+    let mut parameters = Parameters::default();
+    let numbers = parameters.as_flattened_mut().iter_mut();
+    for (number, bytes) in numbers.zip(content.as_chunks().0) {
+        *number = f32::from_le_bytes(*bytes);
+    }
     Robot::from_parameters(parameters).ok()
 }
 

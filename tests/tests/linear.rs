@@ -10,7 +10,7 @@ use delta_cal::robot::{Arm, Drive, GeometryError};
 use delta_cal::samples::SampleError;
 use delta_cal::simulate::{made_robot, random_pose};
 use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
-use delta_cal_tests::geometries::{all_geometries, geometries_of};
+use delta_cal_tests::geometries::{all_geometries, geometries_of, linear_geometries};
 use delta_cal_tests::{
     Spread, generator, in_unit, largest_difference, measurements_within, paper_robot, perturbed,
     to_single,
@@ -198,6 +198,32 @@ fn the_empty_place_stays_empty() {
         let freedom = outcome.estimate.degrees_of_freedom;
         assert!((freedom - 69.0).abs() < 0.5, "{freedom}");
     }
+}
+
+/// Of robots made to a tolerance each tower's place has its own σ and the common one, which two towers share.
+#[test]
+fn made_robots_have_the_common_radius_beside_each_towers_own_place() {
+    const RADIUS: f64 = 3.0;
+    let (_, nominal, _) = &linear_geometries()[0];
+    let tolerance = tolerance().with_radius(RADIUS).unwrap();
+    let mut rng = generator(9450, 0);
+    let (count, mut own, mut shared) = (4000, 0.0, 0.0);
+    for _ in 0..count {
+        let robot = made_robot(nominal, &tolerance, &mut rng).unwrap();
+        let outwards: Vec<f64> = (robot.arms().iter().zip(nominal.arms()))
+            .map(|(robot, nominal)| {
+                let direction = nominal.d().normalize();
+                (robot.d() - nominal.d()).dot(&direction)
+            })
+            .collect();
+        own += outwards[0].powi(2) / f64::from(count);
+        shared += outwards[1] * outwards[2] / f64::from(count);
+    }
+    let (length, common) = (tolerance.of(Parameter::Dx).powi(2), RADIUS.powi(2));
+    // Of 4000 normal draws a variance is off by √(2/4000): five of its σ.
+    let bound = 5.0 * (2.0 / f64::from(count)).sqrt() * (length + common);
+    assert!((own - length - common).abs() < bound, "{own}");
+    assert!((shared - common).abs() < bound, "{shared}");
 }
 
 /// Without errors, and without a tolerance to pull, the robot comes back wherever it is determined.

@@ -87,8 +87,8 @@ impl Spread {
     }
 }
 
-/// The probability that the squared length of N(0, Σ) is at most its argument; `None` if it is 0.
-fn within(covariance: &Matrix3<f64>) -> Option<impl Fn(f64) -> f64> {
+/// The probability that the squared length of N(0, Σ) is at most `square`.
+fn within(covariance: &Matrix3<f64>, square: f64) -> f64 {
     let values = covariance.symmetric_eigenvalues();
     let sum = |power: i32| {
         values
@@ -98,12 +98,12 @@ fn within(covariance: &Matrix3<f64>) -> Option<impl Fn(f64) -> f64> {
     };
     let (first, second, third) = (sum(1), 2.0 * sum(2), 8.0 * sum(3));
     if !(third > 0.0) {
-        return None;
+        return 1.0;
     }
     let freedom = 8.0 * second.powi(3) / (third * third);
     let scale = (second / (2.0 * freedom)).sqrt();
-    let distribution = ChiSquared::new(freedom).ok()?;
-    Some(move |square: f64| distribution.cdf((freedom + (square - first) / scale).max(0.0)))
+    let shifted = freedom + (square - first) / scale;
+    ChiSquared::new(freedom).map_or(1.0, |own| own.cdf(shifted.max(0.0)))
 }
 
 /// The length that errors with these covariances, equally probable, exceed with a probability of 5 %.
@@ -114,11 +114,10 @@ fn length(covariances: &[Matrix3<f64>], freedom: Option<f64>) -> Option<f64> {
         Some(freedom) => noise_levels(freedom, NOISE_LEVELS)?,
     };
     let count = (covariances.len() * levels.len()) as f64;
-    let distributions: Vec<_> = covariances.iter().map(within).collect();
     let inside = |length: f64| {
-        let each = distributions.iter().flat_map(|own| {
-            let squares = levels.iter().map(|level| length * length / level);
-            squares.map(|square| own.as_ref().map_or(1.0, |within| within(square)))
+        let each = covariances.iter().flat_map(|own| {
+            let square = length * length;
+            levels.iter().map(move |level| within(own, square / level))
         });
         each.sum::<f64>() / count
     };

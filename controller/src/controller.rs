@@ -116,7 +116,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     /// Processes a byte from the link. If it completes a request, returns the answer, a complete frame.
     pub fn receive(&mut self, byte: u8) -> Option<Vec<u8, LARGEST_FRAME>> {
         let (sequence, response) = self.respond(byte)?;
-        frame(sequence, &response)
+        encode(Direction::Response, sequence, &response).ok()
     }
 
     fn respond(&mut self, byte: u8) -> Option<(u16, Response<T>)> {
@@ -309,10 +309,6 @@ const fn steps(from: u16, to: u16) -> u16 {
     } else {
         u16::MAX - (from - to)
     }
-}
-
-fn frame<T: Number>(sequence: u16, response: &Response<T>) -> Option<Vec<u8, LARGEST_FRAME>> {
-    encode(Direction::Response, sequence, response).ok()
 }
 
 const FIRMWARE: [u16; 3] = [

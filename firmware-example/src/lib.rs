@@ -68,20 +68,11 @@ const RISE: f64 = 40.0;
 
 /// A circle with a radius of 100 mm, in 4000 turns; the height oscillates twice per revolution by 40 mm about its mean.
 /// It begins at rest. Stands for the motion planner of a real controller.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Circle<T> {
     /// The place, in turns, and how many it goes on in the next one: multiples of 1 / 256, without rounding.
     turn: T,
     step: T,
-}
-
-impl<T: Real> Default for Circle<T> {
-    fn default() -> Self {
-        Self {
-            turn: T::ZERO,
-            step: T::ZERO,
-        }
-    }
 }
 
 impl<T: Real> Path<T> for Circle<T> {

@@ -1,12 +1,12 @@
 //! The messages.
 
 use crate::geometry::Geometry;
-use crate::wire::{fields, messages};
+use crate::wire::messages;
 use delta_cal::calibration::{ArmOutcome, Start, Termination};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{Forgetting, GateCounts, Selection};
-use delta_cal::{ArmIndex, Noise, Real, Refusal, Settings, Tolerance};
+use delta_cal::{ArmIndex, Noise, Real, Refusal, SettingError, Settings, Tolerance};
 
 messages! {
     /// Requests of the driver, with numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
@@ -73,9 +73,7 @@ messages! {
             stopped: u32,
         },
     }
-}
 
-messages! {
     /// One of the controller's geometries.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum ParameterSet {
@@ -84,9 +82,7 @@ messages! {
         /// The nominal robot: calibrations are relative to it.
         1: Nominal,
     }
-}
 
-messages! {
     /// Target of a [`Request::Revert`].
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum RevertTo {
@@ -95,9 +91,7 @@ messages! {
         /// The nominal robot.
         1: Nominal,
     }
-}
 
-messages! {
     /// How the parameters are estimated.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Estimator {
@@ -106,43 +100,41 @@ messages! {
         /// All 24 parameters together, [`Joint`](delta_cal::calibration::Joint).
         1: Joint,
     }
-}
 
-/// Settings of a calibration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Begin<T> {
-    /// A number chosen by the driver; not 0.
-    pub session: u32,
-    /// Manufacturing tolerance (σ): millimetres, radians.
-    pub tolerance: Option<(T, T)>,
-    /// Tolerance (σ) of each rotary joint zero, radians, if larger than the tolerance of lengths implies. Requires
-    /// `tolerance`.
-    pub joint_zero: Option<T>,
-    /// Noise (σ) of each coordinate and of a joint angle: millimetres, radians.
-    pub noise: Option<([T; 3], T)>,
-    /// Each arm separately, or all 24 parameters together.
-    pub estimator: Estimator,
-    /// Whether to test each sample against earlier ones and reject outliers.
-    pub gate: bool,
-    /// Weights older samples less: N, the mean age of the samples in the estimate; see
-    /// [`Forgetting`](delta_cal::stream::Forgetting).
-    pub forgetting: Option<T>,
-}
+    /// Settings of a calibration.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Begin<T> {
+        /// A number chosen by the driver; not 0.
+        pub session: u32,
+        /// Manufacturing tolerance (σ): millimetres, radians.
+        pub tolerance: Option<(T, T)>,
+        /// Tolerance (σ) of each rotary joint zero, radians, if larger than the tolerance of lengths implies. Requires
+        /// `tolerance`.
+        pub joint_zero: Option<T>,
+        /// Noise (σ) of each coordinate and of a joint angle: millimetres, radians.
+        pub noise: Option<([T; 3], T)>,
+        /// Each arm separately, or all 24 parameters together.
+        pub estimator: Estimator,
+        /// Whether to test each sample against earlier ones and reject outliers.
+        pub gate: bool,
+        /// Weights older samples less: N, the mean age of the samples in the estimate; see
+        /// [`Forgetting`](delta_cal::stream::Forgetting).
+        pub forgetting: Option<T>,
+    }
 
-/// One measurement.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SampleMessage<T> {
-    /// The session.
-    pub session: u32,
-    /// Index of the sample, from 0; each index is accepted once.
-    pub index: u32,
-    /// q₁, q₂, q₃ in radians.
-    pub joints: [T; 3],
-    /// Measured platform position, mm.
-    pub position: [T; 3],
-}
+    /// One measurement.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct SampleMessage<T> {
+        /// The session.
+        pub session: u32,
+        /// Index of the sample, from 0; each index is accepted once.
+        pub index: u32,
+        /// q₁, q₂, q₃ in radians.
+        pub joints: [T; 3],
+        /// Measured platform position, mm.
+        pub position: [T; 3],
+    }
 
-messages! {
     /// Responses of the controller.
     #[derive(Debug, Clone, Copy, PartialEq)]
     #[non_exhaustive]
@@ -168,9 +160,7 @@ messages! {
         /// The link statistics.
         6: Counters(counters: Counters),
     }
-}
 
-messages! {
     /// Why a request changed nothing.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     #[non_exhaustive]
@@ -222,22 +212,20 @@ messages! {
         /// A flash region does not fit: too small, or not two halves of whole pages.
         16: Region,
     }
-}
 
-/// Identity of a controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Identity {
-    /// Firmware version: major, minor, patch.
-    pub firmware: [u16; 3],
-    /// The type `T` of every number in the other messages.
-    pub scalar: Scalar,
-    /// CPUID register of the core: implementer, variant, part, revision.
-    pub processor: u32,
-    /// Fingerprint of the nominal geometry.
-    pub nominal: u32,
-}
+    /// Identity of a controller.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub struct Identity {
+        /// Firmware version: major, minor, patch.
+        pub firmware: [u16; 3],
+        /// The type `T` of every number in the other messages.
+        pub scalar: Scalar,
+        /// CPUID register of the core: implementer, variant, part, revision.
+        pub processor: u32,
+        /// Fingerprint of the nominal geometry.
+        pub nominal: u32,
+    }
 
-messages! {
     /// The number type of a controller.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Scalar {
@@ -246,21 +234,19 @@ messages! {
         /// `f64`.
         1: Double,
     }
-}
 
-/// A geometry and its origin.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parameters<T> {
-    /// Its origin.
-    pub origin: Origin,
-    /// Number of changes of the current geometry, across restarts, modulo 2³²: parameters that come into use again
-    /// get a new generation. In an answer about the nominal geometry it is that of the current one.
-    pub generation: u32,
-    /// The geometry.
-    pub geometry: Geometry<T>,
-}
+    /// A geometry and its origin.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Parameters<T> {
+        /// Its origin.
+        pub origin: Origin,
+        /// Number of changes of the current geometry, across restarts, modulo 2³²: parameters that come into use again
+        /// get a new generation. In an answer about the nominal geometry it is that of the current one.
+        pub generation: u32,
+        /// The geometry.
+        pub geometry: Geometry<T>,
+    }
 
-messages! {
     /// Origin of the current geometry.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     #[non_exhaustive]
@@ -277,47 +263,33 @@ messages! {
         /// The nominal robot, because the stored parameters are those of another firmware version or robot.
         4: NominalStoreOther,
     }
-}
 
-/// Status of the controller.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Status<T> {
-    /// The open session, 0 if none.
-    pub session: u32,
-    /// Progress of the calibration.
-    pub phase: Phase,
-    /// Counts of the gate, if the session has one.
-    pub gate: Option<GateStatus>,
-    /// Status of the control loop.
-    pub control: ControlLoop<T>,
-}
-
-/// Counts of the gate that rejects outliers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GateStatus {
-    /// Samples accepted, untested ones included.
-    pub taken: u64,
-    /// Accepted samples that could not be tested.
-    pub untested: u64,
-    /// Rejected samples.
-    pub rejected: u64,
-    /// Cause of the first run of eight rejected samples, if any.
-    pub alarm: Option<Refusal>,
-}
-
-impl GateStatus {
-    /// The status from a gate's counts.
-    pub const fn new(counts: &GateCounts, alarm: Option<Refusal>) -> Self {
-        Self {
-            taken: counts.taken,
-            untested: counts.untested,
-            rejected: counts.rejected,
-            alarm,
-        }
+    /// Status of the controller.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Status<T> {
+        /// The open session, 0 if none.
+        pub session: u32,
+        /// Progress of the calibration.
+        pub phase: Phase,
+        /// Counts of the gate, if the session has one.
+        pub gate: Option<GateStatus>,
+        /// Status of the control loop.
+        pub control: ControlLoop<T>,
     }
-}
 
-messages! {
+    /// Counts of the gate that rejects outliers.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct GateStatus {
+        /// Samples accepted, untested ones included.
+        pub taken: u64,
+        /// Accepted samples that could not be tested.
+        pub untested: u64,
+        /// Rejected samples.
+        pub rejected: u64,
+        /// Cause of the first run of eight rejected samples, if any.
+        pub alarm: Option<Refusal>,
+    }
+
     /// Progress of a calibration.
     #[derive(Debug, Clone, Copy, PartialEq)]
     #[non_exhaustive]
@@ -346,9 +318,7 @@ messages! {
             refusal: Refusal,
         },
     }
-}
 
-messages! {
     /// What the joints do.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
     #[non_exhaustive]
@@ -363,37 +333,101 @@ messages! {
         /// They stopped, because the path asked for more speed or acceleration than the drives have.
         3: TooFast,
     }
+
+    /// Statistics of the control loop since the controller started.
+    #[derive(Debug, Clone, Copy, PartialEq, Default)]
+    pub struct ControlLoop<T> {
+        /// Number of cycles.
+        pub turns: u32,
+        /// Duration of the longest cycle in timer ticks, see `ticks_a_second`.
+        pub longest_ticks: u32,
+        /// Duration of the longest cycle during a calibration, in timer ticks.
+        pub longest_ticks_calibrating: u32,
+        /// Timer resolution.
+        pub ticks_a_second: u32,
+        /// Cycles that began late or were skipped.
+        pub late: u32,
+        /// Number of stops, see [`Motion`].
+        pub stops: u32,
+        /// Number of switches to other parameters.
+        pub switches: u32,
+        /// Fingerprint of the parameters in use.
+        pub fingerprint: u32,
+        /// Cycles per second.
+        pub turns_a_second: u32,
+        /// The cycle of the last stop; 0 if there was none.
+        pub stopped: u32,
+        /// What the joints do.
+        pub motion: Motion,
+        /// The last point of the path, mm.
+        pub point: [T; 3],
+        /// The joint targets, radians; while following, those of that point.
+        pub joints: [T; 3],
+    }
+
+    /// One arm's result; see [`delta_cal::calibration::ArmOutcome`].
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ArmReport<T> {
+        /// The arm.
+        pub arm: ArmIndex,
+        /// The eight parameters: mm and radians.
+        pub parameters: [T; 8],
+        /// The five numbers of its transmission, which is that of the nominal robot; `None` if it is exact.
+        pub transmission: Option<[T; 5]>,
+        /// Standard uncertainties: mm, radians. `None` if the noise is not stated and too few samples show it.
+        pub sigma: Option<[T; 8]>,
+        /// rms residual: in units of σ with a stated noise, otherwise in mm.
+        pub residual_rms: T,
+        /// Estimated noise along the forearm, mm.
+        pub estimated_noise: Option<T>,
+        /// Number of samples minus number of parameters.
+        pub degrees_of_freedom: T,
+        /// Number of samples.
+        pub samples: u64,
+        /// Number of linearisations.
+        pub iterations: u16,
+        /// Why the iteration stopped.
+        pub termination: Termination,
+        /// Starting point of the iteration.
+        pub start: Start,
+        /// Condition number of the problem.
+        pub condition: T,
+        /// Share of each parameter that comes from the tolerance.
+        pub prior_share: [T; 8],
+    }
+
+    /// Link statistics since the controller started.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub struct Counters {
+        /// Intact frames.
+        pub received: u32,
+        /// Frames with a wrong checksum or length.
+        pub damaged: u32,
+        /// Frames of an unknown protocol version.
+        pub unknown_version: u32,
+        /// Intact frames that are not requests.
+        pub unknown_request: u32,
+        /// Requests repeated with the previous sequence number.
+        pub repeated: u32,
+        /// Sequence numbers skipped.
+        pub lost: u32,
+        /// Valid requests answered with a fault.
+        pub refused: u32,
+        /// Bytes lost because they arrived faster than they were read.
+        pub overrun: u32,
+    }
 }
 
-/// Statistics of the control loop since the controller started.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ControlLoop<T> {
-    /// Number of cycles.
-    pub turns: u32,
-    /// Duration of the longest cycle in timer ticks, see `ticks_a_second`.
-    pub longest_ticks: u32,
-    /// Duration of the longest cycle during a calibration, in timer ticks.
-    pub longest_ticks_calibrating: u32,
-    /// Timer resolution.
-    pub ticks_a_second: u32,
-    /// Cycles that began late or were skipped.
-    pub late: u32,
-    /// Number of stops, see [`Motion`].
-    pub stops: u32,
-    /// Number of switches to other parameters.
-    pub switches: u32,
-    /// Fingerprint of the parameters in use.
-    pub fingerprint: u32,
-    /// Cycles per second.
-    pub turns_a_second: u32,
-    /// The cycle of the last stop; 0 if there was none.
-    pub stopped: u32,
-    /// What the joints do.
-    pub motion: Motion,
-    /// The last point of the path, mm.
-    pub point: [T; 3],
-    /// The joint targets, radians; while following, those of that point.
-    pub joints: [T; 3],
+impl GateStatus {
+    /// The status from a gate's counts.
+    pub const fn new(counts: &GateCounts, alarm: Option<Refusal>) -> Self {
+        Self {
+            taken: counts.taken,
+            untested: counts.untested,
+            rejected: counts.rejected,
+            alarm,
+        }
+    }
 }
 
 impl<T: Real> ControlLoop<T> {
@@ -407,58 +441,6 @@ impl<T: Real> ControlLoop<T> {
     }
 }
 
-/// One arm's result; see [`delta_cal::calibration::ArmOutcome`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ArmReport<T> {
-    /// The arm.
-    pub arm: ArmIndex,
-    /// The eight parameters: mm and radians.
-    pub parameters: [T; 8],
-    /// The five numbers of its transmission, which is that of the nominal robot; `None` if it is exact.
-    pub transmission: Option<[T; 5]>,
-    /// Standard uncertainties: mm, radians. `None` if the noise is not stated and too few samples show it.
-    pub sigma: Option<[T; 8]>,
-    /// rms residual: in units of σ with a stated noise, otherwise in mm.
-    pub residual_rms: T,
-    /// Estimated noise along the forearm, mm.
-    pub estimated_noise: Option<T>,
-    /// Number of samples minus number of parameters.
-    pub degrees_of_freedom: T,
-    /// Number of samples.
-    pub samples: u64,
-    /// Number of linearisations.
-    pub iterations: u16,
-    /// Why the iteration stopped.
-    pub termination: Termination,
-    /// Starting point of the iteration.
-    pub start: Start,
-    /// Condition number of the problem.
-    pub condition: T,
-    /// Share of each parameter that comes from the tolerance.
-    pub prior_share: [T; 8],
-}
-
-/// Link statistics since the controller started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counters {
-    /// Intact frames.
-    pub received: u32,
-    /// Frames with a wrong checksum or length.
-    pub damaged: u32,
-    /// Frames of an unknown protocol version.
-    pub unknown_version: u32,
-    /// Intact frames that are not requests.
-    pub unknown_request: u32,
-    /// Requests repeated with the previous sequence number.
-    pub repeated: u32,
-    /// Sequence numbers skipped.
-    pub lost: u32,
-    /// Valid requests answered with a fault.
-    pub refused: u32,
-    /// Bytes lost because they arrived faster than they were read.
-    pub overrun: u32,
-}
-
 impl<T: Real> Begin<T> {
     /// The settings and selection of the session's [`StreamCalibrator`](delta_cal::stream::StreamCalibrator), which
     /// is large and best constructed in place.
@@ -466,28 +448,24 @@ impl<T: Real> Begin<T> {
     /// # Errors
     /// [`Fault::Settings`] if they are invalid.
     pub fn calibrator(&self) -> Result<(Settings<T>, Selection<T>), Fault> {
-        if self.session == 0 {
+        if self.session == 0 || self.joint_zero.is_some() && self.tolerance.is_none() {
             return Err(Fault::Settings);
         }
-        let tolerance = match (self.tolerance, self.joint_zero) {
-            (None, None) => None,
-            (Some((length, angle)), None) => Some(Tolerance::new(length, angle)),
-            (Some((length, angle)), Some(zero)) => {
-                Some(Tolerance::new(length, angle).and_then(|own| own.with_joint_zero(zero)))
-            }
-            (None, Some(_)) => return Err(Fault::Settings),
+        let made = || {
+            let tolerance = self.tolerance.map(|(length, angle)| {
+                let own = Tolerance::new(length, angle)?;
+                (self.joint_zero).map_or(Ok(own), |zero| own.with_joint_zero(zero))
+            });
+            let noise = self
+                .noise
+                .map(|(position, joint)| Noise::by_axis(position, joint));
+            let settings = Settings::default().with_noise(noise.transpose()?);
+            let gated = self.gate;
+            let forgetting = self.forgetting.map(Forgetting::new).transpose()?;
+            let selection = Selection { gated, forgetting };
+            Ok((settings.with_tolerance(tolerance.transpose()?), selection))
         };
-        let tolerance = tolerance.transpose().map_err(|_| Fault::Settings)?;
-        let noise = self
-            .noise
-            .map(|(position, joint)| Noise::by_axis(position, joint));
-        let noise = noise.transpose().map_err(|_| Fault::Settings)?;
-        let forgetting = self.forgetting.map(Forgetting::new);
-        let forgetting = forgetting.transpose().map_err(|_| Fault::Settings)?;
-        let settings = Settings::default().with_noise(noise);
-        let gated = self.gate;
-        let selection = Selection { gated, forgetting };
-        Ok((settings.with_tolerance(tolerance), selection))
+        made().map_err(|_: SettingError| Fault::Settings)
     }
 }
 
@@ -514,25 +492,5 @@ impl<T: Real> ArmReport<T> {
             condition: outcome.condition,
             prior_share,
         }
-    }
-}
-
-fields! {
-    Begin<T> { session, tolerance, joint_zero, noise, estimator, gate, forgetting }
-    SampleMessage<T> { session, index, joints, position }
-    Identity { firmware, scalar, processor, nominal }
-    Parameters<T> { origin, generation, geometry }
-    Status<T> { session, phase, gate, control }
-    GateStatus { taken, untested, rejected, alarm }
-    ControlLoop<T> {
-        turns, longest_ticks, longest_ticks_calibrating, ticks_a_second, late, stops, switches, fingerprint,
-        turns_a_second, stopped, motion, point, joints,
-    }
-    ArmReport<T> {
-        arm, parameters, transmission, sigma, residual_rms, estimated_noise, degrees_of_freedom, samples, iterations,
-        termination, start, condition, prior_share,
-    }
-    Counters {
-        received, damaged, unknown_version, unknown_request, repeated, lost, refused, overrun,
     }
 }

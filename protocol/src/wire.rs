@@ -187,23 +187,36 @@ macro_rules! numbers {
 }
 pub(crate) use numbers;
 
-/// Declares an enum with the number of each variant, and how it is sent. Tuple variants name what they hold.
+/// Declares messages and how they are sent: enums with the number of each variant, structs in the order of their fields.
+/// Tuple variants name what they hold.
 macro_rules! messages {
-    ($($(#[$meta:meta])* pub enum $name:ident $(<$scalar:ident>)? {$(
+    () => {};
+    ($(#[$meta:meta])* pub enum $name:ident $(<$scalar:ident>)? {$(
         $(#[$about:meta])*
         $number:literal: $variant:ident $(($content:ident: $inner:ty))?
             $({ $($(#[$of_field:meta])* $field:ident: $of:ty,)+ })?,
-    )+})+) => {
-        $($(#[$meta])*
+    )+} $($rest:tt)*) => {
+        $(#[$meta])*
         pub enum $name $(<$scalar>)? {$(
             $(#[$about])*
             $variant $(($inner))? $({ $($(#[$of_field])* $field: $of,)+ })?,
-        )+})+
+        )+}
         $crate::wire::numbers! {
-            $($name $(<$scalar>)? {
+            $name $(<$scalar>)? {
                 $($number: $variant $(($content))? $({ $($field),+ })?,)+
-            })+
+            }
         }
+        $crate::wire::messages! { $($rest)* }
+    };
+    ($(#[$meta:meta])* pub struct $name:ident $(<$scalar:ident>)? {
+        $($(#[$about:meta])* pub $field:ident: $of:ty,)+
+    } $($rest:tt)*) => {
+        $(#[$meta])*
+        pub struct $name $(<$scalar>)? {
+            $($(#[$about])* pub $field: $of,)+
+        }
+        $crate::wire::fields! { $name $(<$scalar>)? { $($field),+ } }
+        $crate::wire::messages! { $($rest)* }
     };
 }
 pub(crate) use messages;

@@ -1,5 +1,5 @@
 //! Every hand-written derivative against dual numbers (`num-dual`, on the model written anew) and
-//! against finite differences of the functions themselves; and the rank of the model's readings.
+//! against finite differences of the functions themselves.
 
 use delta_cal::robot::Drive;
 use delta_cal::{Robot, Sample};
@@ -7,75 +7,32 @@ use delta_cal_tests::geometries::{geometries_of, position_jacobian};
 use delta_cal_tests::{
     Spread, generator, measurements, measurements_within, paper_robot, perturbed,
 };
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 use num_dual::{Dual64, DualNum};
 
-/// How the paper's fourth and seventh parameters may be read; it does not say.
-#[derive(Clone, Copy, PartialEq)]
-enum Reading {
-    /// α tilts the motor axis; La_y lies in the arm plane: this project's reading.
-    Tilt,
-    /// α is added to the joint angle.
-    EncoderOffset,
-    /// α tilts the motor axis; La_y lies along it.
-    LateralArm,
-    /// α is added to the joint angle; La_y lies along the motor axis.
-    EncoderOffsetLateralArm,
-}
-
 /// f(P; X, q) from the equations of the model, for any number type.
-fn constraint<D: DualNum<Primitive = f64> + Copy>(
-    reading: Reading,
-    p: &[D; 8],
-    x: &[D; 3],
-    q: D,
-) -> D {
-    let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = *p;
+fn constraint<D: DualNum<Primitive = f64> + Copy>(p: &[D; 8], x: &[D; 3], q: D) -> D {
+    let [dx, dy, dz, theta, tilt, la_x, la_y, lb] = *p;
     let zero = D::from(0.0);
-    let lateral = matches!(
-        reading,
-        Reading::LateralArm | Reading::EncoderOffsetLateralArm
-    );
-    let offset = matches!(
-        reading,
-        Reading::EncoderOffset | Reading::EncoderOffsetLateralArm
-    );
-    let (tilt, q) = if offset {
-        (zero, q + alpha)
-    } else {
-        (alpha, q)
-    };
     let ex = [theta.cos(), theta.sin(), zero];
     let ez = [
         theta.sin() * tilt.sin(),
         -(theta.cos() * tilt.sin()),
         tilt.cos(),
     ];
-    let ey = [
-        ez[1] * ex[2] - ez[2] * ex[1],
-        ez[2] * ex[0] - ez[0] * ex[2],
-        ez[0] * ex[1] - ez[1] * ex[0],
-    ];
-    let (radial, up, along) = if lateral {
-        (la_x * q.cos(), -(la_x * q.sin()), la_y)
-    } else {
-        (
-            la_x * q.cos() + la_y * q.sin(),
-            la_y * q.cos() - la_x * q.sin(),
-            zero,
-        )
-    };
+    let radial = la_x * q.cos() + la_y * q.sin();
+    let up = la_y * q.cos() - la_x * q.sin();
     let d = [dx, dy, dz];
     let mut squared = zero;
     for axis in 0..3 {
-        let w = x[axis] - (d[axis] + ex[axis] * radial + ez[axis] * up + ey[axis] * along);
+        let w = x[axis] - (d[axis] + ex[axis] * radial + ez[axis] * up);
         squared += w * w;
     }
     squared - lb * lb
 }
 
 /// Derivatives of the dual-number model by all of P (8), X (3) and q (1).
-fn dual_gradient(reading: Reading, p: &[f64; 8], x: &[f64; 3], q: f64) -> [f64; 12] {
+fn dual_gradient(p: &[f64; 8], x: &[f64; 3], q: f64) -> [f64; 12] {
     std::array::from_fn(|by| {
         let number = |place: usize, value: f64| {
             let own = Dual64::from(value);
@@ -83,7 +40,7 @@ fn dual_gradient(reading: Reading, p: &[f64; 8], x: &[f64; 3], q: f64) -> [f64; 
         };
         let p = std::array::from_fn(|k| number(k, p[k]));
         let x = std::array::from_fn(|k| number(8 + k, x[k]));
-        constraint(reading, &p, &x, number(11, q)).eps
+        constraint(&p, &x, number(11, q)).eps
     })
 }
 
@@ -104,10 +61,10 @@ fn constraint_and_its_derivatives_equal_the_dual_number_model() {
         for (arm, q) in robot.arms().iter().zip(sample.joints) {
             let p = arm.parameters();
             let coordinates = x.data.0[0];
-            let value = constraint(Reading::Tilt, &p, &coordinates, q);
+            let value = constraint(&p, &coordinates, q);
             // Sums of squares of some 500 mm: ε · 500² ≈ 6e-11, a few operations deep.
             assert!((arm.constraint(&x, q) - value).abs() < 1e-9);
-            let expected = dual_gradient(Reading::Tilt, &p, &coordinates, q);
+            let expected = dual_gradient(&p, &coordinates, q);
             let by_p = arm.constraint_by_parameters(&x, q);
             for k in 0..8 {
                 assert!((by_p[k] - expected[k]).abs() < 1e-9, "parameter {k}");
@@ -158,41 +115,4 @@ fn platform_jacobians_equal_finite_differences_of_forward_kinematics() {
             assert!((slope - column).norm() < 1e-5 * (1.0 + column.norm()));
         }
     }
-}
-
-/// Singular values of the Jacobian over many poses, columns scaled to unit length.
-fn rank(reading: Reading) -> usize {
-    let mut rng = generator(23, 0);
-    // A generic arm: none of the parameters that make columns coincide is zero.
-    let truth = perturbed(&paper_robot(), 10.0, 0.1, Spread::Uniform, &mut rng);
-    let samples = measurements(&truth, 200, None, &mut rng);
-    let p = truth.arms()[0].parameters();
-    let mut jacobian = DMatrix::zeros(samples.len(), 8);
-    for (row, sample) in samples.iter().enumerate() {
-        let derivative = dual_gradient(reading, &p, &sample.position.data.0[0], sample.joints[0]);
-        for column in 0..8 {
-            jacobian[(row, column)] = derivative[column];
-        }
-    }
-    for mut column in jacobian.column_iter_mut() {
-        let norm = column.norm();
-        if norm > 0.0 {
-            column /= norm;
-        }
-    }
-    let singular = jacobian.singular_values();
-    // The gap is wide: true singular values are above 1e-4, vanishing ones near 1e-16.
-    singular.iter().filter(|value| **value > 1e-8).count()
-}
-
-#[test]
-fn alpha_as_tilt_has_rank_8_and_as_encoder_offset_7() {
-    assert_eq!(rank(Reading::Tilt), 8);
-    assert_eq!(rank(Reading::EncoderOffset), 7);
-}
-
-#[test]
-fn la_y_along_the_motor_axis_has_rank_7_either_way() {
-    assert_eq!(rank(Reading::LateralArm), 7);
-    assert_eq!(rank(Reading::EncoderOffsetLateralArm), 7);
 }

@@ -400,7 +400,7 @@ fn a_robot_that_changes_is_detected() {
     }
 }
 
-/// 60 samples of a robot and 540 of one that has changed, each alarm acknowledged: with forgetting the stream follows it,
+/// 60 samples of a robot, solved, and 540 of one that has changed, each alarm acknowledged: with forgetting the stream follows it,
 /// without it stays with the first.
 #[test]
 fn a_changed_robot_is_followed_with_forgetting_alone() {
@@ -424,9 +424,15 @@ fn a_changed_robot_is_followed_with_forgetting_alone() {
                 forgetting,
             };
             let mut stream = Stream(StreamCalibrator::new(&paper_robot(), &settings, &gated));
-            for sample in &all {
+            for (index, sample) in all.iter().enumerate() {
+                if index == 60 {
+                    stream.solve().unwrap();
+                }
                 stream.add(sample);
-                if stream.0.alarm().is_some() {
+                // Nothing comes of it, whatever was solved before, until that is answered.
+                if let Some(alarm) = stream.0.alarm() {
+                    assert_eq!(stream.solve(), Err(alarm));
+                    assert_eq!(stream.0.outcome(), Err(alarm));
                     stream.0.acknowledge();
                 }
             }
@@ -470,27 +476,4 @@ fn early_samples_that_are_wrong_are_not_taken_for_a_changed_robot() {
         "{alarmed} of 300 streams were refused, {as_early} of them with the early samples named"
     );
     assert!(alarmed >= 295 && as_early >= 290, "{alarmed}, {as_early}");
-}
-
-/// Two joint columns exchanged: not one sample agrees with the stated robot.
-#[test]
-fn exchanged_joints_are_rejected_from_the_first_sample_on() {
-    let settings = stated(0.5, 0.2 * DEGREE);
-    for number in 0..100 {
-        let mut rng = generator(913, number);
-        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
-        let mut stream = Stream::new(&settings);
-        for sample in measurements(&truth, 40, Some(&noise()), &mut rng) {
-            let [q1, q2, q3] = sample.joints;
-            stream.add(&Sample {
-                joints: [q2, q1, q3],
-                ..sample
-            });
-        }
-        let alarm = stream.0.alarm().expect("an alarm");
-        assert!(
-            matches!(alarm, Refusal::EarlySamplesWrong { .. }),
-            "{alarm}"
-        );
-    }
 }

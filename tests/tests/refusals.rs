@@ -223,33 +223,6 @@ fn samples_of_no_delta_robot_are_never_accepted_with_a_stated_noise() {
 }
 
 #[test]
-fn an_accepted_calibration_never_fits_worse_than_before() {
-    let mut accepted = 0;
-    for seed in 0..300 {
-        let noise = Noise::new(0.05, 0.01 * DEGREE).unwrap();
-        let (_, samples) = robot_and_samples(seed, 8 + seed as usize % 30, Some(&noise));
-        for damped in [true, false] {
-            let settings = Settings::default().with_damping(damped);
-            let mut calibrator = IkmCalibrator::new(&paper_robot(), &settings);
-            calibrator.add_many(&samples).unwrap();
-            let Ok(outcome) = calibrator.calibrate() else {
-                continue;
-            };
-            accepted += 1;
-            let before = calibrator.sums_of_squares(&paper_robot());
-            let after = calibrator.sums_of_squares(&outcome.robot);
-            for (before, after) in before.iter().zip(after) {
-                assert!(
-                    after <= before * (1.0 + 1e-9),
-                    "seed {seed}: {after} after {before}"
-                );
-            }
-        }
-    }
-    assert!(accepted > 500, "{accepted}");
-}
-
-#[test]
 fn noises_and_tolerances_that_are_none() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(Noise::new(bad, 0.0), Err(SettingError::PositionNoise));
@@ -297,43 +270,20 @@ fn says(error: &dyn core::error::Error, words: &[&str]) {
 
 #[test]
 fn refusals_name_the_arm_and_their_figures() {
+    use Refusal::{FarFromNominal, ImpossibleGeometry, ImpossibleRobot, NonFinite, NotConverged};
+    use Refusal::{ResidualContradictsNoise, TooFewSamples, Uncertain, Undetermined};
     let (arm, parameter) = (ArmIndex::Third, Parameter::LaX);
-    let few = |samples, needed| Refusal::TooFewSamples {
-        arm,
-        samples,
-        needed,
-    };
-    let undetermined = |condition| Refusal::Undetermined {
-        arm,
-        parameter,
-        condition,
-    };
-    let uncertain = |sigma| Refusal::Uncertain {
-        arm,
-        parameter,
-        sigma,
-    };
-    let far = |tolerances| Refusal::FarFromNominal {
-        arm,
-        parameter,
-        tolerances,
-    };
-    let iterations = 50;
-    let ratio = 12.34;
-    let contradiction = Refusal::ResidualContradictsNoise {
-        arm: Some(arm),
-        ratio,
-    };
-    let error = GeometryError::TiltTooLarge;
+    let tilt = GeometryError::TiltTooLarge;
+    #[rustfmt::skip]
     let of_an_arm: [(Refusal, &[&str]); 8] = [
-        (few(7, 8), &["7", "8"]),
-        (undetermined(3e9), &["La_x", "3.0e9"]),
-        (uncertain(0.25), &["La_x", "2.500e-1"]),
-        (Refusal::NotConverged { arm, iterations }, &["50"]),
-        (contradiction, &["12.3"]),
-        (far(9.87), &["La_x", "9.9"]),
-        (Refusal::ImpossibleGeometry { arm, error }, &["alpha"]),
-        (Refusal::NonFinite { arm }, &["overflow"]),
+        (TooFewSamples { arm, samples: 7, needed: 8 }, &["7", "8"]),
+        (Undetermined { arm, parameter, condition: 3e9 }, &["La_x", "3.0e9"]),
+        (Uncertain { arm, parameter, sigma: 0.25 }, &["La_x", "2.500e-1"]),
+        (NotConverged { arm, iterations: 50 }, &["50"]),
+        (ResidualContradictsNoise { arm: Some(arm), ratio: 12.34 }, &["12.3"]),
+        (FarFromNominal { arm, parameter, tolerances: 9.87 }, &["La_x", "9.9"]),
+        (ImpossibleGeometry { arm, error: tilt }, &["alpha"]),
+        (NonFinite { arm }, &["overflow"]),
     ];
     for (refusal, words) in of_an_arm {
         says(&refusal, words);
@@ -346,7 +296,7 @@ fn refusals_name_the_arm_and_their_figures() {
             Refusal::TooManyUnknowns { parameters },
             "39 parameters, or for more than 4 planes",
         ),
-        (Refusal::ImpossibleRobot(GeometryError::NoCommonUp), "up"),
+        (ImpossibleRobot(GeometryError::NoCommonUp), "up"),
         (Refusal::WrongSide, "upside down"),
         (Refusal::Unfinished, "not finished"),
     ];

@@ -361,9 +361,14 @@ fn holds<T: Real, S: Subject<T>>(what: &str, statement: u64, new: impl Fn() -> S
     }
 }
 
+/// In double precision what states everything.
 fn of_positions<T: Real, E: Estimator>(kind: &str) {
     let nominal = paper_robot::<T>();
+    let single = T::BYTES == 4;
     for (number, settings) in statements().iter().enumerate() {
+        if !single && number != 3 {
+            continue;
+        }
         let seed = number as u64;
         let what = format!("{kind}, statement {number}");
         holds(&what, seed, || Calibrator::<T, E>::new(&nominal, settings));

@@ -11,7 +11,7 @@ use delta_cal::{
 use delta_cal_tests::{
     Spread, generator, in_unit, largest_difference, measurements, paper_robot, perturbed,
 };
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 use proptest::prelude::*;
 use rand_core::Rng;
 
@@ -38,25 +38,6 @@ fn filled(samples: &[Sample<f64>], settings: &Settings<f64>) -> IkmCalibrator<f6
     calibrator
 }
 
-/// Largest difference of two solutions in σ of the first: rounding of R is relative to the
-/// samples' spread, so this is what "the same" means for noisy data.
-fn sigmas_apart(a: &IkmCalibrator<f64>, b: &IkmCalibrator<f64>) -> f64 {
-    let (mut a, mut b) = (a.clone(), b.clone());
-    let (a, b) = (a.calibrate().unwrap(), b.calibrate().unwrap());
-    let mut largest = 0f64;
-    for (a, b) in a.arms.iter().zip(&b.arms) {
-        let covariance = a.covariance.unwrap();
-        let difference = SVector::from(a.arm.parameters()) - SVector::from(b.arm.parameters());
-        for k in 0..8 {
-            largest = largest.max((difference[k] / covariance[(k, k)].sqrt()).abs());
-        }
-    }
-    largest
-}
-
-/// Rounding errors of a few 1e-16 · 1e5 (lengths over σ) · condition, far below a σ.
-const SAME: f64 = 1e-6;
-
 fn config() -> ProptestConfig {
     ProptestConfig {
         failure_persistence: None,
@@ -66,15 +47,6 @@ fn config() -> ProptestConfig {
 
 proptest! {
     #![proptest_config(config())]
-
-    #[test]
-    fn the_order_of_samples_does_not_matter(seed: u64, count in 12usize..80) {
-        let (_, mut samples) = noisy(seed, count);
-        let forward = filled(&samples, &weighted());
-        samples.reverse();
-        samples.rotate_left(count / 3);
-        prop_assert!(sigmas_apart(&forward, &filled(&samples, &weighted())) < SAME);
-    }
 
     /// Σ (f/σf)² of any parameters, against the sum over the samples of the constraint itself.
     #[test]
@@ -145,9 +117,7 @@ proptest! {
         many[7] = spoilt;
         prop_assert_eq!(calibrator.add_many(&many), Err((7, expected)));
         prop_assert!(calibrator == before);
-
     }
-
 }
 
 /// Half of ten, three, and a quarter of seventeen.
@@ -174,7 +144,7 @@ fn merged_factors_are_worth_the_sum_of_what_they_remember() {
 /// between, every sample is absorbed once.
 fn every_order<E: Estimator>() {
     for seed in 0..40 {
-        let (_, measured) = noisy(seed, 40);
+        let (_, mut measured) = noisy(seed, 40);
         let mut rng = generator(73, seed);
         let new = || Calibrator::<f64, E>::new(&paper_robot(), &weighted());
         let (mut calibrator, mut taken) = (new(), 0);
@@ -206,7 +176,9 @@ fn every_order<E: Estimator>() {
             assert_eq!(calibrator.samples(), taken as u64);
         }
         let mut expected = new();
-        expected.add_many(&measured[..count]).unwrap();
+        measured.truncate(count);
+        measured.reverse();
+        expected.add_many(&measured).unwrap();
         let [found, expected] =
             [calibrator, expected].map(|mut own| E::robot(&own.calibrate().unwrap()).parameters());
         for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
@@ -274,7 +246,7 @@ fn the_prior_is_not_forgotten() {
     assert!(share > 0.3);
 }
 
-/// Samples that are refused, a calibrator of another noise, a λ that is none.
+/// A calibrator of another noise, a λ that is none.
 #[test]
 fn calls_that_fail_leave_the_outcome() {
     fn check<E: Estimator>() {
@@ -287,12 +259,7 @@ fn calls_that_fail_leave_the_outcome() {
         let merged = calibrator.merge(&stranger);
         assert_eq!(merged, Err(MergeError::DifferentNominal));
         assert_eq!(calibrator.outcome(), Ok(&expected));
-        let mut wrong = samples;
-        wrong[3].position.x = f64::NAN;
-        let added = calibrator.add_many(&wrong);
-        assert!(matches!(added, Err((3, _))), "{added:?}");
         assert!(calibrator == before);
-        assert_eq!(calibrator.outcome(), Ok(&expected));
         for lambda in [1.0, 1.5, -0.5, f64::NAN] {
             calibrator.forget(lambda).unwrap();
             assert_eq!(calibrator.outcome(), Ok(&expected), "{lambda}");

@@ -305,44 +305,6 @@ fn solved(stream: &mut Arms, truth: &Robot<f64>) -> Result<f64, Refusal> {
     Ok((at(&outcome.robot) - at(truth)).norm())
 }
 
-#[test]
-fn an_alarm_is_answered_and_a_changed_robot_calibrated_again() {
-    let [nominal, truth, changed] = [480.0, 480.4, 481.2].map(with_forearms);
-    let mut stream = Arms::new(&nominal, &stated(), &GATED);
-    for k in 0..28 {
-        let robot = if k < 20 { &truth } else { &changed };
-        let added = stream.add(&sample(robot, k)).unwrap();
-        let rejected = matches!(added, Verdict::Rejected(_));
-        assert_eq!(rejected, k >= 20);
-    }
-    let alarm = Refusal::RobotChanged { first: 20 };
-    assert_eq!(solved(&mut stream, &truth), Err(alarm));
-    // The run was wrong: earlier samples stay.
-    stream.acknowledge();
-    assert_eq!(stream.alarm(), None);
-    assert!(solved(&mut stream, &truth).unwrap() < 0.02);
-    // Another run raises another alarm, whatever was solved before.
-    let standing = Refusal::RobotChanged { first: 28 };
-    for k in 28..36 {
-        assert!(stream.outcome().is_ok());
-        stream.add(&sample(&changed, k)).unwrap();
-    }
-    for _ in 0..2 {
-        let refused = Err(standing);
-        assert_eq!(solved(&mut stream, &truth), refused);
-        assert_eq!(stream.outcome().map(|_| 0.0), refused);
-    }
-    stream.acknowledge();
-    assert!(solved(&mut stream, &truth).unwrap() < 0.02);
-    // The robot has changed.
-    stream.reset();
-    assert_eq!((stream.alarm(), stream.samples()), (None, 0));
-    for k in 0..40 {
-        stream.add(&sample(&changed, k)).unwrap();
-    }
-    assert!(solved(&mut stream, &changed).unwrap() < 0.02);
-}
-
 /// Without a tolerance, the gate needs an estimate at the twelfth sample. While it is solved nothing is written or restored; once
 /// stopped it is solved at the next sample, and not what was asked for besides.
 #[test]

@@ -125,9 +125,12 @@ fn object<K: Kind>(pointer: *const u8) -> Result<*const Stored<K>, Status> {
 /// Checks that an object and a range of bytes do not overlap.
 fn no_overlap<K: Kind>(object: *const u8, other: *const u8, size: usize) -> Result<(), Status> {
     let (object, other) = (object.addr(), other.addr());
-    let before =
-        |first: usize, size: usize, second: usize| second >= first && second - first >= size;
-    if before(object, size_of::<Stored<K>>(), other) || before(other, size, object) {
+    let first = if object < other {
+        size_of::<Stored<K>>()
+    } else {
+        size
+    };
+    if object.abs_diff(other) >= first {
         Ok(())
     } else {
         Err(status::OVERLAP)

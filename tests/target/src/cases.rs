@@ -2,13 +2,14 @@
 //! that must be refused.
 
 use crate::fixture::Scalar;
+use crate::fixture::calibrations::Written;
 use crate::measurements::{measured, robot_near, tolerance};
 use crate::measurements::{noise, nominal};
 use core::fmt;
 use crc::{CRC_64_XZ, Crc, Digest, NoTable};
-use delta_cal::calibration::ArmOutcome;
+use delta_cal::calibration::{ArmOutcome, Calibrator, Estimator, Ikm, Joint};
 use delta_cal::simulate::{simulate_sample, standard_normal};
-use delta_cal::{IkmCalibrator, Noise, Real, Robot, RobotOutcome, Sample, Settings};
+use delta_cal::{ArmIndex, Noise, Real, Robot, Sample, Settings};
 use heapless::Vec;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -167,8 +168,8 @@ impl<T: Real> Case<T> {
 
     /// A calibrator with the samples of the case, and how many of them it refused.
     #[inline(never)]
-    pub fn calibrator(&self) -> (IkmCalibrator<T>, usize) {
-        let mut calibrator = IkmCalibrator::new(&self.nominal, &self.settings);
+    pub fn calibrator<E: Estimator>(&self) -> (Calibrator<T, E>, usize) {
+        let mut calibrator = Calibrator::new(&self.nominal, &self.settings);
         let mut refused = 0;
         for sample in &self.samples {
             refused += usize::from(calibrator.add(sample).is_err());
@@ -210,47 +211,45 @@ fn spoil<T: Real>(fault: Fault, index: usize, sample: &mut Sample<T>) {
     }
 }
 
-/// Cases in single precision.
-const SINGLE: u64 = 1000;
-/// Cases in double precision, which a Cortex-M4F computes in software.
-const DOUBLE: u64 = 50;
-
-/// Writes one line a case, `CASE <scalar> <number> <fault> <samples> <hash> <result>`: the result
+/// Writes one line a case, `CASE <scalar>-<estimator> <number> <fault> <samples> <hash> <result>`: the result
 /// is `accepted` or the refusal in words, the hash a CRC-64 over all bits of the samples and of
-/// everything that came out.
+/// everything that came out. Fewer in double precision, which a Cortex-M4F computes in software.
 ///
 /// # Errors
 /// Those of `out`.
 pub fn write(out: &mut dyn fmt::Write) -> fmt::Result {
-    run::<f32>(out, SINGLE)?;
-    run::<f64>(out, DOUBLE)
+    run::<f32, Ikm>(out, 1000)?;
+    run::<f32, Joint>(out, 100)?;
+    run::<f64, Ikm>(out, 50)?;
+    run::<f64, Joint>(out, 10)
 }
 
-fn run<T: Scalar>(out: &mut dyn fmt::Write, cases: u64) -> fmt::Result {
+fn run<T: Scalar, E: Written>(out: &mut dyn fmt::Write, cases: u64) -> fmt::Result {
     for seed in 0..cases {
-        case::<T>(out, seed)?;
+        case::<T, E>(out, seed)?;
     }
     Ok(())
 }
 
 #[inline(never)]
-fn case<T: Scalar>(out: &mut dyn fmt::Write, seed: u64) -> fmt::Result {
+fn case<T: Scalar, E: Written>(out: &mut dyn fmt::Write, seed: u64) -> fmt::Result {
     let case = Case::<T>::draw(seed);
     let mut hash = Hash(CRC.digest());
     for sample in &case.samples {
         hash.numbers(&sample.joints);
         hash.numbers(sample.position.as_slice());
     }
-    let (mut calibrator, refused) = case.calibrator();
+    let (mut calibrator, refused) = case.calibrator::<E>();
     hash.count(refused as u64);
     let result = calibrator.calibrate();
     if let Ok(outcome) = &result {
-        hash.outcome(outcome);
+        hash.outcome::<T, E>(outcome);
     }
     write!(
         out,
-        "CASE {} {seed} {:?} {} {:016x} ",
+        "CASE {}-{} {seed} {:?} {} {:016x} ",
         T::NAME,
+        E::NAME,
         case.fault,
         case.samples.len(),
         hash.0.finalize(),
@@ -278,10 +277,10 @@ impl Hash {
         }
     }
 
-    fn outcome<T: Scalar>(&mut self, outcome: &RobotOutcome<T>) {
-        for (arm, outcome) in outcome.robot.arms().iter().zip(&outcome.arms) {
+    fn outcome<T: Scalar, E: Estimator>(&mut self, outcome: &E::Outcome<T>) {
+        for (arm, index) in E::robot(outcome).arms().iter().zip(ArmIndex::ALL) {
             self.numbers(arm.parameters().as_slice());
-            self.arm(outcome);
+            self.arm(&E::arm(outcome, index));
         }
     }
 

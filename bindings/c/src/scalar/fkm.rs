@@ -12,7 +12,6 @@ use crate::plain::{
 };
 use crate::status::{self, Status};
 use delta_cal::frame::RigidTransform;
-use delta_cal::nalgebra::Vector3;
 use delta_cal::observations::{Distance, DistanceFrom, Height, ObservationNoise};
 use delta_cal::{Progress, Robot};
 
@@ -101,52 +100,32 @@ impl Observation {
 
     fn checked(&self) -> Result<delta_cal::observations::Observation<Real>, Error> {
         let all = READ_X | READ_Y | READ_Z | READ_HEIGHT | READ_DISTANCE | READ_DISTANCE_BETWEEN;
-        if self.readings & !all != 0
-            || self.reads(READ_DISTANCE) && self.reads(READ_DISTANCE_BETWEEN)
-        {
+        if self.readings & !all != 0 {
             return Err(status::NO_SUCH_CHOICE.into());
         }
-        let [x, y, z] = self.position;
-        let [read_x, read_y, read_z] = [READ_X, READ_Y, READ_Z].map(|bit| self.reads(bit));
-        let plane = u8::try_from(self.plane);
-        let height = self.reads(READ_HEIGHT).then(|| {
-            let plane = plane.map_err(|_| Error::from(status::NO_SUCH_PLANE))?;
-            let height = self.height;
-            Ok::<_, Error>(Height { plane, height })
-        });
-        let from = if self.reads(READ_DISTANCE) {
-            let point = u8::try_from(self.point).map_err(|_| Error::from(status::NO_SUCH_POINT))?;
-            Some(DistanceFrom::Point(point))
-        } else if self.reads(READ_DISTANCE_BETWEEN) {
-            Some(DistanceFrom::Pose(self.other_joints))
-        } else {
-            None
+        // There is no plane and no point of the highest number.
+        let place = |number: u32| u8::try_from(number).unwrap_or(u8::MAX);
+        let from = match self.readings & (READ_DISTANCE | READ_DISTANCE_BETWEEN) {
+            0 => None,
+            READ_DISTANCE => Some(DistanceFrom::Point(place(self.point))),
+            READ_DISTANCE_BETWEEN => Some(DistanceFrom::Pose(self.other_joints)),
+            _ => return Err(status::NO_SUCH_CHOICE.into()),
         };
+        let [x, y, z] = self.position;
         Ok(delta_cal::observations::Observation {
             joints: self.joints,
-            position: [
-                read_x.then_some(x),
-                read_y.then_some(y),
-                read_z.then_some(z),
-            ],
-            height: height.transpose()?,
+            position: [(READ_X, x), (READ_Y, y), (READ_Z, z)]
+                .map(|(bit, own)| self.reads(bit).then_some(own)),
+            height: self.reads(READ_HEIGHT).then(|| Height {
+                plane: place(self.plane),
+                height: self.height,
+            }),
             distance: from.map(|from| Distance {
                 from,
                 distance: self.distance,
             }),
         })
     }
-}
-
-/// `true` with something known, and an error where it is not usable.
-fn known(numbers: &[Real], sigma: Real) -> Result<bool, Error> {
-    let Some(sigma) = stated(sigma) else {
-        return Ok(false);
-    };
-    if sigma > 0.0 && sigma.is_finite() && numbers.iter().all(|number| number.is_finite()) {
-        return Ok(true);
-    }
-    Err(status::KNOWN_PLACE.into())
 }
 
 /// Makes a calibrator without observations, in `size` bytes of memory: write `sizeof *calibrator`. `robot` is the
@@ -191,12 +170,11 @@ fn make(
         return Err(status::TOO_MANY_UNKNOWNS.into());
     };
     for (used, plane) in used_planes.iter_mut().zip(&own.planes) {
-        used.known = known(&[plane.known], plane.sigma)?.then_some((plane.known, plane.sigma));
-        used.level = known(&[], plane.level)?.then_some(plane.level);
+        used.known = stated(plane.sigma).map(|sigma| (plane.known, sigma));
+        used.level = stated(plane.level);
     }
     for (used, point) in used_points.iter_mut().zip(&own.points) {
-        let place = Vector3::from(point.known);
-        used.known = known(&point.known, point.sigma)?.then_some((place, point.sigma));
+        used.known = stated(point.sigma).map(|sigma| (point.known.into(), sigma));
         used.offset = point.has_offset != 0;
     }
     let noise = settings
@@ -299,11 +277,8 @@ pub extern "C" fn frame(
         translation.usable()?;
         let own = calibrator.get()?;
         let outcome = own.outcome()?;
-        let frame = if own.instruments().sensor_frame {
-            outcome.frame()
-        } else {
-            RigidTransform::identity()
-        };
+        let frame = (own.instruments().sensor_frame).then(|| outcome.frame());
+        let frame = frame.unwrap_or_else(RigidTransform::identity);
         rotation.put(frame.rotation.transpose().into())?;
         Ok(translation.put(frame.translation.into())?)
     })

@@ -70,12 +70,9 @@ impl From<&ArmOutcome<Real>> for ArmSummary {
 
 /// The arm of this number in C.
 pub(crate) fn index_of(number: i32) -> Result<ArmIndex, Error> {
-    match number {
-        0 => Ok(ArmIndex::First),
-        1 => Ok(ArmIndex::Second),
-        2 => Ok(ArmIndex::Third),
-        _ => Err(status::NO_SUCH_ARM.into()),
-    }
+    let number = usize::try_from(number).unwrap_or(usize::MAX);
+    let arm = ArmIndex::ALL.get(number).copied();
+    arm.ok_or(status::NO_SUCH_ARM.into())
 }
 
 /// What a calibrator has found.

@@ -21,69 +21,42 @@ fn details(refusal: Refusal) -> ([i64; 8], f32) {
 
 #[test]
 fn every_refusal_says_all_in_c() {
+    use Refusal::{
+        EarlySamplesWrong, FarFromNominal, ImpossibleGeometry, ImpossibleRobot, NonFinite,
+        NotConverged, ResidualContradictsNoise, RobotChanged, TooFewObservations, TooFewSamples,
+        TooManyRejected, TooManyUnknowns, Uncertain, Undetermined, UndeterminedInstrument,
+        Unfinished, UnusableInstrument, WrongSide,
+    };
     let [first, second, third] = ArmIndex::ALL;
-    let few = |arm, samples, needed| Refusal::TooFewSamples {
-        arm,
-        samples,
-        needed,
-    };
-    let few_of = |instrument, observations, needed| Refusal::TooFewObservations {
-        instrument,
-        observations,
-        needed,
-    };
-    let undetermined = |arm, parameter, condition| Refusal::Undetermined {
-        arm,
-        parameter,
-        condition,
-    };
-    let uncertain = |arm, parameter, sigma| Refusal::Uncertain {
-        arm,
-        parameter,
-        sigma,
-    };
-    let far = |arm, parameter, tolerances| Refusal::FarFromNominal {
-        arm,
-        parameter,
-        tolerances,
-    };
-    let endless = |arm, iterations| Refusal::NotConverged { arm, iterations };
-    let noisy = |arm, ratio| Refusal::ResidualContradictsNoise { arm, ratio };
-    let no_arm = |arm, error| Refusal::ImpossibleGeometry { arm, error };
-    let short = GeometryError::NotPositive(Parameter::Lb);
-    let no_up = Refusal::ImpossibleRobot(GeometryError::NoCommonUp);
-    let unknown = Refusal::UndeterminedInstrument;
-    let unusable = Refusal::UnusableInstrument;
-    let many = Refusal::TooManyUnknowns { parameters: 39 };
-    let (plane, point) = (Instrument::Plane(2), Instrument::Point(1));
-    let infinite = Refusal::NonFinite { arm: second };
-    let changed = Refusal::RobotChanged { first: 40 };
-    let early = Refusal::EarlySamplesWrong { first: 5 };
-    let (rejected, samples) = (9, 12);
-    let rejected = Refusal::TooManyRejected { rejected, samples };
     let (dx, theta, lb) = (Parameter::Dx, Parameter::Theta, Parameter::Lb);
-    for (refusal, expected, figure) in [
-        (unusable(plane), [28, -1, -1, 0, 2, 2, 0, 0], 0.0),
-        (many, [66, -1, -1, 0, 0, 0, 0, 0], 0.0),
-        (few(second, 3, 8), [70, 1, -1, 0, 0, 0, 3, 8], 0.0),
-        (undetermined(first, dx, 1e9), [71, 0, 0, 0, 0, 0, 0, 0], 1e9),
-        (uncertain(third, lb, 40.5), [72, 2, 7, 0, 0, 0, 0, 0], 40.5),
-        (endless(first, 50), [73, 0, -1, 0, 0, 0, 50, 0], 0.0),
-        (noisy(Some(second), 3.5), [74, 1, -1, 0, 0, 0, 0, 0], 3.5),
-        (noisy(None, 2.5), [74, -1, -1, 0, 0, 0, 0, 0], 2.5),
-        (far(third, theta, 9.0), [75, 2, 3, 0, 0, 0, 0, 0], 9.0),
-        (no_arm(first, short), [76, 0, 7, 31, 0, 0, 0, 0], 0.0),
-        (no_up, [77, -1, -1, 35, 0, 0, 0, 0], 0.0),
-        (Refusal::WrongSide, [78, -1, -1, 0, 0, 0, 0, 0], 0.0),
-        (few_of(plane, 1, 3), [79, -1, -1, 0, 2, 2, 1, 3], 0.0),
-        (unknown(Instrument::Frame), [80, -1, -1, 0, 1, 0, 0, 0], 0.0),
-        (unknown(point), [80, -1, -1, 0, 3, 1, 0, 0], 0.0),
-        (infinite, [81, 1, -1, 0, 0, 0, 0, 0], 0.0),
-        (Refusal::Unfinished, [82, -1, -1, 0, 0, 0, 0, 0], 0.0),
-        (changed, [92, -1, -1, 0, 0, 0, 40, 0], 0.0),
-        (early, [93, -1, -1, 0, 0, 0, 5, 0], 0.0),
-        (rejected, [94, -1, -1, 0, 0, 0, 9, 0], 0.0),
-    ] {
+    let (plane, point) = (Instrument::Plane(2), Instrument::Point(1));
+    let short = GeometryError::NotPositive(Parameter::Lb);
+    #[rustfmt::skip]
+    let all = [
+        (UnusableInstrument(plane), [28, -1, -1, 0, 2, 2, 0, 0], 0.0),
+        (TooManyUnknowns { parameters: 39 }, [66, -1, -1, 0, 0, 0, 0, 0], 0.0),
+        (TooFewSamples { arm: second, samples: 3, needed: 8 }, [70, 1, -1, 0, 0, 0, 3, 8], 0.0),
+        (Undetermined { arm: first, parameter: dx, condition: 1e9 }, [71, 0, 0, 0, 0, 0, 0, 0], 1e9),
+        (Uncertain { arm: third, parameter: lb, sigma: 40.5 }, [72, 2, 7, 0, 0, 0, 0, 0], 40.5),
+        (NotConverged { arm: first, iterations: 50 }, [73, 0, -1, 0, 0, 0, 50, 0], 0.0),
+        (ResidualContradictsNoise { arm: Some(second), ratio: 3.5 }, [74, 1, -1, 0, 0, 0, 0, 0], 3.5),
+        (ResidualContradictsNoise { arm: None, ratio: 2.5 }, [74, -1, -1, 0, 0, 0, 0, 0], 2.5),
+        (FarFromNominal { arm: third, parameter: theta, tolerances: 9.0 }, [75, 2, 3, 0, 0, 0, 0, 0], 9.0),
+        (ImpossibleGeometry { arm: first, error: short }, [76, 0, 7, 31, 0, 0, 0, 0], 0.0),
+        (ImpossibleGeometry { arm: third, error: GeometryError::TiltTooLarge }, [76, 2, 4, 32, 0, 0, 0, 0], 0.0),
+        (ImpossibleGeometry { arm: third, error: GeometryError::AzimuthTooLarge }, [76, 2, 3, 33, 0, 0, 0, 0], 0.0),
+        (ImpossibleRobot(GeometryError::NoCommonUp), [77, -1, -1, 35, 0, 0, 0, 0], 0.0),
+        (WrongSide, [78, -1, -1, 0, 0, 0, 0, 0], 0.0),
+        (TooFewObservations { instrument: plane, observations: 1, needed: 3 }, [79, -1, -1, 0, 2, 2, 1, 3], 0.0),
+        (UndeterminedInstrument(Instrument::Frame), [80, -1, -1, 0, 1, 0, 0, 0], 0.0),
+        (UndeterminedInstrument(point), [80, -1, -1, 0, 3, 1, 0, 0], 0.0),
+        (NonFinite { arm: second }, [81, 1, -1, 0, 0, 0, 0, 0], 0.0),
+        (Unfinished, [82, -1, -1, 0, 0, 0, 0, 0], 0.0),
+        (RobotChanged { first: 40 }, [92, -1, -1, 0, 0, 0, 40, 0], 0.0),
+        (EarlySamplesWrong { first: 5 }, [93, -1, -1, 0, 0, 0, 5, 0], 0.0),
+        (TooManyRejected { rejected: 9, samples: 12 }, [94, -1, -1, 0, 0, 0, 9, 0], 0.0),
+    ];
+    for (refusal, expected, figure) in all {
         assert_eq!(details(refusal), (expected, figure), "{refusal:?}");
     }
 }

@@ -114,7 +114,9 @@ fn wrong_observations_and_instruments_are_refused() {
         known.planes[0].sigma = sigma;
         level.planes[0].level = sigma;
         for wrong in [known, level] {
-            assert_eq!(made(&wrong).err().unwrap().status, status::KNOWN_PLACE);
+            let why = made(&wrong).err().unwrap();
+            let found = (why.status, why.instrument);
+            assert_eq!(found, (status::KNOWN_PLACE, PLANE));
         }
     }
 }

@@ -89,20 +89,14 @@ impl Source {
                 last.parts
                     .push(Part::new(constant, std::mem::take(&mut about)));
             } else if let Some(name) = line.strip_prefix("pub struct ") {
-                let mut own = item(name.trim_end_matches(" {"), &mut about);
-                for line in lines
-                    .by_ref()
-                    .map(str::trim)
-                    .take_while(|line| *line != "}")
-                {
-                    if let Some(line) = line.strip_prefix("///") {
-                        about.push(line.trim().to_owned());
-                    } else {
-                        let field = line.trim_start_matches("pub ").trim_end_matches(',');
-                        own.parts.push(Part::new(field, std::mem::take(&mut about)));
-                    }
-                }
+                let own = item(name.trim_end_matches(" {"), &mut about);
                 found.structures.push(own);
+            } else if let Some(field) = line.strip_prefix("pub ")
+                && let (Some(field), Some(last)) =
+                    (field.strip_suffix(','), found.structures.last_mut())
+            {
+                last.parts
+                    .push(Part::new(field, std::mem::take(&mut about)));
             } else if let Some(start) = line.strip_prefix("pub extern \"C\" fn ") {
                 let mut signature = start.to_owned();
                 while !signature.ends_with('{') {
@@ -243,11 +237,10 @@ impl Scalar {
             ("In" | "Out", Some((element, _, number))) => {
                 format!("{constant}{} {name}[{number}]", self.value(element))
             }
-            ("Held" | "HeldMut" | "New", None) => {
-                let (kind, _) = inner.split_once('<').unwrap_or((inner, ""));
-                format!("{constant}{} *{name}", self.structure(kind))
+            ("Held" | "HeldMut" | "New" | "In" | "Out", None) => {
+                let (own, _) = inner.split_once('<').unwrap_or((inner, ""));
+                format!("{constant}{} *{name}", self.value(own))
             }
-            ("In" | "Out", None) => format!("{constant}{} *{name}", self.value(inner)),
             _ => panic!("{outer} is no type of the interface"),
         }
     }
@@ -282,13 +275,12 @@ fn the_header_is_that_of_the_source() {
         std::fs::write(HEADER, &made).unwrap();
     }
     let found = std::fs::read_to_string(HEADER).unwrap_or_default();
-    for (number, (found, made)) in (1..).zip(found.lines().zip(made.lines())) {
-        assert_eq!(
-            found, made,
-            "line {number} of delta_cal.h; write it again with DELTA_CAL_HEADER=write"
-        );
-    }
-    assert_eq!(found, made, "write it again with DELTA_CAL_HEADER=write");
+    let mut lines = found.lines().zip(made.lines());
+    let first = lines.find(|(found, made)| found != made);
+    assert!(
+        found == made,
+        "write it again with DELTA_CAL_HEADER=write: {first:?}"
+    );
 }
 
 fn header() -> String {

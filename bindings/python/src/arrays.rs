@@ -1,7 +1,7 @@
 //! Rows of numbers to arrays, on all cores, and what identifies them. `delta_cal/_arrays.py` prepares the arguments.
 
 use crate::errors::value_error;
-use crate::lanes::{Four, Kernel, LANES};
+use crate::lanes::{Kernel, LANES, Room};
 use crate::wide::Lane;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
@@ -15,6 +15,7 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::{ParallelSlice, ParallelSliceMut};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
+use std::f64::consts::TAU;
 use std::fmt::{Display, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -97,15 +98,18 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     let array = array.cast_into::<PyArrayDyn<N>>()?;
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
-    let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
-        let found = compute(&row.map(Into::into));
-        *into = found.unwrap_or([f64::NAN; WIDTH]).map(N::of);
-    };
     // Joints that the kernel finds clear are within the limits.
-    let unclear = AtomicBool::new(false);
+    let degrees = AtomicBool::new(false);
+    let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
+        let row = row.map(Into::into);
+        if angles && row.iter().any(|own| own.abs() > TAU) {
+            degrees.store(true, Relaxed);
+        }
+        *into = compute(&row).unwrap_or([f64::NAN; WIDTH]).map(N::of);
+    };
     let fill = |into: &mut [[N; WIDTH]], from: &[[N; 3]]| {
         halt::check();
-        let mut room: [Four<N>; 4] = [[[N::of(0.0); 4]; LANES]; 4];
+        let mut room = Room::new();
         let mut last = ([[N::of(0.0); 3]; LANES], [[N::of(0.0); WIDTH]; LANES]);
         for (into, from) in into.chunks_mut(LANES).zip(from.chunks(LANES)) {
             let clear = kernel.as_ref().map(|kernel| {
@@ -121,7 +125,6 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
             if clear == Some(true) {
                 continue;
             }
-            unclear.store(true, Relaxed);
             for (into, row) in into.iter_mut().zip(from) {
                 if clear.is_none() || into[0].is_nan() {
                     exact(into, row);
@@ -137,7 +140,7 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     } else {
         py.detach(|| fill(into, from));
     }
-    if angles && unclear.into_inner() {
+    if degrees.into_inner() {
         in_numpy(py, "radians", (argument, rows))?;
     }
     let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| value.is_nan());

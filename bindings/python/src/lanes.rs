@@ -48,11 +48,13 @@ struct ArmNumbers {
     offset: f64,
 }
 
+/// Sine and cosine of a joint; of a linear drive the travel and 0.
+type Turn<S, N> = [Wide<S, N>; 2];
+
 /// What brings the forearm of an arm to a position.
 struct Reach<S: Simd, N: Lane> {
-    /// Sine and cosine of the joint by the square below, or travel.
-    sine: Wide<S, N>,
-    cosine: Wide<S, N>,
+    /// The joint by the square below.
+    turn: Turn<S, N>,
     /// From the joint's axis in its plane.
     squared: Wide<S, N>,
     /// How far from the edge of what it reaches, squared.
@@ -74,23 +76,20 @@ impl ArmNumbers {
         }
     }
 
-    /// The elbow, and how it moves with the joint.
     #[inline(always)]
-    fn elbow<S: Simd, N: Lane>(
-        &self,
-        q: Wide<S, N>,
-        linear: bool,
-    ) -> (Vectors<S, N>, Vectors<S, N>) {
+    fn elbow<S: Simd, N: Lane>(&self, [sine, cosine]: Turn<S, N>) -> Vectors<S, N> {
+        Vectors::sum(self.d, (self.u, cosine), (self.v, sine))
+    }
+
+    /// How the elbow moves with the joint.
+    #[inline(always)]
+    fn motion<S: Simd, N: Lane>(&self, [sine, cosine]: Turn<S, N>, linear: bool) -> Vectors<S, N> {
+        let all = |number| Wide::all(sine.0, number);
         if linear {
-            let (zero, one) = (Wide::all(q.0, 0.0), Wide::all(q.0, 1.0));
-            let elbow = Vectors::sum(self.d, (self.u, zero), (self.v, q));
-            return (elbow, Vectors::sum([0.0; 3], (self.u, zero), (self.v, one)));
+            let [x, y, z] = self.v;
+            return Vectors([all(x), all(y), all(z)]);
         }
-        let (sine, cosine) = q.sine_cosine();
-        (
-            Vectors::sum(self.d, (self.u, cosine), (self.v, sine)),
-            Vectors::sum([0.0; 3], (self.u, -sine), (self.v, cosine)),
-        )
+        Vectors::sum([0.0; 3], (self.u, -sine), (self.v, cosine))
     }
 
     #[inline(always)]
@@ -103,9 +102,9 @@ impl ArmNumbers {
             let [v1, v2, v3] = self.v;
             let beside = w - Vectors([along * v1, along * v2, along * v3]);
             let root = all(self.lb_squared) - beside.dot(beside);
+            let travel = root.sqrt().times(all(1.0 / self.speed), along);
             return Reach {
-                sine: root.sqrt().times(all(1.0 / self.speed), along),
-                cosine: all(0.0),
+                turn: [travel, all(0.0)],
                 squared: all(1.0),
                 root,
             };
@@ -113,38 +112,19 @@ impl ArmNumbers {
         let c = w.dot(w).times(all(0.5), all(self.offset));
         let squared = a.times(a, b * b);
         let root = squared - c * c;
-        let s = root.sqrt() * self.speed.signum();
+        let s = root.sqrt().signed_by(all(self.speed));
         Reach {
-            sine: b.times(c, -(a * s)),
-            cosine: a.times(c, b * s),
+            turn: [b.times(c, -(a * s)), a.times(c, b * s)],
             squared,
             root,
         }
     }
-
-    /// The joint, and the forearm to `x`; `inverse` is of `squared`.
-    #[inline(always)]
-    fn joint<S: Simd, N: Lane>(
-        &self,
-        x: Vectors<S, N>,
-        found: &Reach<S, N>,
-        inverse: Wide<S, N>,
-        linear: bool,
-    ) -> (Wide<S, N>, Vectors<S, N>) {
-        if linear {
-            return (found.sine, x - self.elbow(found.sine, true).0);
-        }
-        let (sine, cosine) = (found.sine * inverse, found.cosine * inverse);
-        let elbow = Vectors::sum(self.d, (self.u, cosine), (self.v, sine));
-        (sine.angle_of(cosine), x - elbow)
-    }
 }
 
-/// The platform point, the forearms, how the elbows move, and which poses are clear.
+/// The platform point, the forearms, and which poses are clear.
 struct Poses<S: Simd, N: Lane> {
     x: Vectors<S, N>,
     forearms: [Vectors<S, N>; 3],
-    moves: [Vectors<S, N>; 3],
     clear: Which<S, N>,
 }
 
@@ -185,13 +165,30 @@ impl Lanes {
         Wide::all(q1.0, far).above(off(q1).max(off(q2)).max(off(q3)))
     }
 
+    /// Of joints, and which are within the limits.
     #[inline(always)]
-    fn poses<S: Simd, N: Lane>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Poses<S, N> {
+    fn turns<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
+        let zero = Wide::all(q[0].0, 0.0);
+        let mut turns = [[zero; 2]; 3];
+        for arm in 0..3 {
+            turns[arm] = match self.linear {
+                true => [q[arm], zero],
+                false => q[arm].sine_cosine(),
+            };
+        }
+        (turns, self.within(q))
+    }
+
+    #[inline(always)]
+    fn poses<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> Poses<S, N> {
         let [arm1, arm2, arm3] = &self.arms;
-        let all = |number| Wide::all(q1.0, number);
-        let (b1, move1) = arm1.elbow(q1, self.linear);
-        let (b2, move2) = arm2.elbow(q2, self.linear);
-        let (b3, move3) = arm3.elbow(q3, self.linear);
+        let [[one, _], ..] = turns;
+        let all = |number| Wide::all(one.0, number);
+        let (b1, b2, b3) = (
+            arm1.elbow(turns[0]),
+            arm2.elbow(turns[1]),
+            arm3.elbow(turns[2]),
+        );
         let (edge2, edge3) = (b2 - b1, b3 - b1);
         let normal = edge2.cross(edge3);
         let normal_squared = normal.dot(normal);
@@ -209,39 +206,60 @@ impl Lanes {
         // From the first elbow.
         let forearm = normal.times(below, within);
         let clear = normal_squared.above(squared2 * squared3 * (N::CLEAR * N::CLEAR))
-            & height_squared.above(all(N::CLEAR * N::CLEAR * arm1.lb_squared))
-            & self.within([q1, q2, q3]);
+            & height_squared.above(all(N::CLEAR * N::CLEAR * arm1.lb_squared));
         Poses {
             x: forearm + b1,
             forearms: [forearm, forearm - edge2, forearm - edge3],
-            moves: [move1, move2, move3],
             clear,
         }
     }
 }
 
 /// Four columns of the rows of one call: processors exchange rows and columns of four.
-pub(crate) type Four<N> = [[N; 4]; LANES];
+type Four<N> = [[N; 4]; LANES];
 
-/// A function of the three numbers of a pose.
+/// What one call needs beside its rows, where the processor loads it fastest.
+#[repr(align(64))]
+pub(crate) struct Room<N> {
+    rows: Four<N>,
+    /// Sines and cosines of the joints, and NaN where a pose is not clear.
+    turns: [[N; LANES]; 7],
+    found: [Four<N>; 3],
+}
+
+impl<N: Lane> Room<N> {
+    pub(crate) fn new() -> Self {
+        let zero = N::of(0.0);
+        Self {
+            rows: [[zero; 4]; LANES],
+            turns: [[zero; LANES]; 7],
+            found: [[[zero; 4]; LANES]; 3],
+        }
+    }
+}
+
+/// A function of the three numbers of a pose, in two steps, as the processor overlaps more poses in each.
 pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
+    /// The joints of the poses, and which of these are clear.
+    fn turns<S: Simd, N: Lane>(&self, from: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>);
+
     /// The function, and of which poses it holds.
-    fn of<S: Simd, N: Lane>(&self, from: [Wide<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>);
+    fn of<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>);
 
     /// The function of `LANES` rows; whether all of them are clear.
-    fn fill<N: Lane>(&self, from: &[N], into: &mut [N], room: &mut [Four<N>; 4]) -> bool {
+    fn fill<N: Lane>(&self, from: &[N], into: &mut [N], room: &mut Room<N>) -> bool {
         Arch::new().dispatch(Fill(self, from, into, room))
     }
 }
 
-struct Fill<'a, K, N, const WIDTH: usize>(&'a K, &'a [N], &'a mut [N], &'a mut [Four<N>; 4]);
+struct Fill<'a, K, N, const WIDTH: usize>(&'a K, &'a [N], &'a mut [N], &'a mut Room<N>);
 
 impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, WIDTH> {
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self(kernel, from, into, [rows, found @ ..]) = self;
+        let Self(kernel, from, into, Room { rows, turns, found }) = self;
         let (from, into) = (&from[..3 * LANES], &mut into[..WIDTH * LANES]);
         for lane in 0..LANES - 1 {
             rows[lane].copy_from_slice(&from[3 * lane..3 * lane + 4]);
@@ -249,18 +267,31 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
         rows[LANES - 1][..3].copy_from_slice(&from[3 * (LANES - 1)..]);
         let width = size_of::<N::Many<S>>() / size_of::<N>();
         let (zero, nan) = (Wide::<S, N>::all(simd, 0.0), Wide::all(simd, f64::NAN));
+        for lane in (0..LANES).step_by(width) {
+            let these = lane..lane + width;
+            let (joints, clear) = kernel.turns(Wide::columns(simd, &rows[these.clone()]));
+            let [[a, b], [c, d], [e, f]] = joints;
+            for (column, own) in [a, b, c, d, e, f, zero.where_it(clear, nan)]
+                .into_iter()
+                .enumerate()
+            {
+                own.store(&mut turns[column][these.clone()]);
+            }
+        }
         let mut sum = zero;
         for lane in (0..LANES).step_by(width) {
-            let (mut columns, clear) = kernel.of(Wide::columns(simd, &rows[lane..lane + width]));
-            sum = sum.where_it(clear, nan);
-            // Marks the row.
-            columns[0] = columns[0].where_it(clear, nan);
+            let these = lane..lane + width;
+            let at = |column: usize| Wide::load(simd, &turns[column][these.clone()]);
+            let (mut columns, clear) = kernel.of([[at(0), at(1)], [at(2), at(3)], [at(4), at(5)]]);
+            let mark = at(6).where_it(clear, nan);
+            sum = sum + mark;
+            columns[0] = columns[0] + mark;
             for group in 0..WIDTH.div_ceil(4) {
                 let mut four = [zero; 4];
                 for place in 0..(WIDTH - 4 * group).min(4) {
                     four[place] = columns[4 * group + place];
                 }
-                Wide::rows(four, &mut found[group][lane..lane + width]);
+                Wide::rows(four, &mut found[group][these.clone()]);
             }
         }
         // What is beyond a row's last column is overwritten by the next.
@@ -283,7 +314,11 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
 pub(crate) enum Exact {}
 
 impl<const WIDTH: usize> Kernel<WIDTH> for Exact {
-    fn of<S: Simd, N: Lane>(&self, _: [Wide<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>) {
+    fn turns<S: Simd, N: Lane>(&self, _: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
+        match *self {}
+    }
+
+    fn of<S: Simd, N: Lane>(&self, _: [Turn<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>) {
         match *self {}
     }
 }
@@ -293,8 +328,13 @@ pub(crate) struct Forward(pub(crate) Lanes);
 
 impl Kernel<3> for Forward {
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let Poses { x, clear, .. } = self.0.poses(q);
+    fn turns<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
+        self.0.turns(q)
+    }
+
+    #[inline(always)]
+    fn of<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
+        let Poses { x, clear, .. } = self.0.poses(turns);
         (x.0, clear)
     }
 }
@@ -304,7 +344,7 @@ pub(crate) struct Inverse(pub(crate) Lanes);
 
 impl Kernel<3> for Inverse {
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, x: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
+    fn turns<S: Simd, N: Lane>(&self, x: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
         let (own, all, x) = (&self.0, |number| Wide::all(x[0].0, number), Vectors(x));
         let [arm1, arm2, arm3] = &own.arms;
         let first = arm1.reach(x, own.linear);
@@ -313,20 +353,38 @@ impl Kernel<3> for Inverse {
         // One division for three: it takes as long as a dozen products.
         let two = first.squared * second.squared;
         let inverse = all(1.0) / (two * third.squared);
-        let inverse3 = two * inverse;
         let both = third.squared * inverse;
-        let (inverse1, inverse2) = (second.squared * both, first.squared * both);
-        let (q1, w1) = arm1.joint(x, &first, inverse1, own.linear);
-        let (q2, w2) = arm2.joint(x, &second, inverse2, own.linear);
-        let (q3, w3) = arm3.joint(x, &third, inverse3, own.linear);
+        let by = |[sine, cosine]: Turn<S, N>, by: Wide<S, N>| [sine * by, cosine * by];
+        let (turn1, turn2, turn3) = (
+            by(first.turn, second.squared * both),
+            by(second.turn, first.squared * both),
+            by(third.turn, two * inverse),
+        );
+        let (w1, w2, w3) = (
+            x - arm1.elbow(turn1),
+            x - arm2.elbow(turn2),
+            x - arm3.elbow(turn3),
+        );
         // The platform hangs below the plane of the elbows.
         let normal = (w1 - w2).cross(w1 - w3);
         let depth = -w1.dot(normal).signed_by(normal.along(own.up));
         let least = all(N::CLEAR * N::CLEAR * arm1.lb_squared);
         let clear = first.root.min(second.root).min(third.root).above(least)
-            & depth.above(all(N::CLEAR * arm1.lb_squared * arm1.lb))
-            & own.within([q1, q2, q3]);
-        ([q1, q2, q3], clear)
+            & depth.above(all(N::CLEAR * arm1.lb_squared * arm1.lb));
+        ([turn1, turn2, turn3], clear)
+    }
+
+    #[inline(always)]
+    fn of<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
+        let mut q = [turns[0][0]; 3];
+        for arm in 0..3 {
+            let [sine, cosine] = turns[arm];
+            q[arm] = match self.0.linear {
+                true => sine,
+                false => sine.angle_of(cosine),
+            };
+        }
+        (q, self.0.within(q))
     }
 }
 
@@ -335,18 +393,27 @@ pub(crate) struct Derivatives(pub(crate) Lanes);
 
 impl Kernel<9> for Derivatives {
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Wide<S, N>; 9], Which<S, N>) {
+    fn turns<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
+        self.0.turns(q)
+    }
+
+    #[inline(always)]
+    fn of<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> ([Wide<S, N>; 9], Which<S, N>) {
         let own = &self.0;
         let [arm1, arm2, arm3] = &own.arms;
         let Poses {
             forearms: [w1, w2, w3],
-            moves: [move1, move2, move3],
             clear,
             ..
-        } = own.poses(q);
+        } = own.poses(turns);
         let (normal1, normal2, normal3) = (w2.cross(w3), w3.cross(w1), w1.cross(w2));
         let volume = w1.dot(normal1);
-        let (by1, by2, by3) = (w1.dot(move1), w2.dot(move2), w3.dot(move3));
+        let by = |arm: &ArmNumbers, w: Vectors<S, N>, turn| w.dot(arm.motion(turn, own.linear));
+        let (by1, by2, by3) = (
+            by(arm1, w1, turns[0]),
+            by(arm2, w2, turns[1]),
+            by(arm3, w3, turns[2]),
+        );
         let above = |found: Wide<S, N>, most: f64| {
             found.abs().above(Wide::all(found.0, N::CLEAR * most.abs()))
         };

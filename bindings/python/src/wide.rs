@@ -228,6 +228,16 @@ impl<S: Simd, N: Lane> Wide<S, N> {
         into[0] = N::rows(a.0, [a.1, b.1, c.1, d.1]);
     }
 
+    #[inline(always)]
+    pub(crate) fn load(simd: S, from: &[N]) -> Self {
+        Self(simd, cast_slice(from)[0])
+    }
+
+    #[inline(always)]
+    pub(crate) fn store(self, into: &mut [N]) {
+        cast_slice_mut(into)[0] = self.1;
+    }
+
     /// `self` × by + plus, in one instruction where there is one.
     #[inline(always)]
     pub(crate) fn times(self, by: Self, plus: Self) -> Self {
@@ -284,7 +294,7 @@ impl<S: Simd, N: Lane> Wide<S, N> {
 
     /// Sine and cosine of up to some turns: of what is left of half turns.
     #[inline(always)]
-    pub(crate) fn sine_cosine(self) -> (Self, Self) {
+    pub(crate) fn sine_cosine(self) -> [Self; 2] {
         let all = |number| Self::all(self.0, number);
         let [pi, rest] = N::PI;
         let halves = self.times(all(1.0 / pi), all(N::WHOLE)) - N::WHOLE;
@@ -297,7 +307,7 @@ impl<S: Simd, N: Lane> Wide<S, N> {
         let sine = (rest * square).times(square.polynomial(N::SINE), rest);
         let half = square.times(all(-0.5), all(1.0));
         let cosine = (square * square).times(square.polynomial(N::COSINE), half);
-        (sine * sign, cosine * sign)
+        [sine * sign, cosine * sign]
     }
 
     /// The angle of which these are sine and cosine.

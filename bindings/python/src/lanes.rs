@@ -51,16 +51,6 @@ struct ArmNumbers {
 /// Sine and cosine of a joint; of a linear drive the travel and 0.
 type Turn<S, N> = [Wide<S, N>; 2];
 
-/// What brings the forearm of an arm to a position.
-struct Reach<S: Simd, N: Lane> {
-    /// The joint by the square below.
-    turn: Turn<S, N>,
-    /// From the joint's axis in its plane.
-    squared: Wide<S, N>,
-    /// How far from the edge of what it reaches, squared.
-    root: Wide<S, N>,
-}
-
 impl ArmNumbers {
     fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>) -> Self {
         let (basis, sense) = (arm.basis(), convention.sense());
@@ -92,9 +82,11 @@ impl ArmNumbers {
         Vectors::sum([0.0; 3], (self.u, -sine), (self.v, cosine))
     }
 
+    /// What brings the forearm to a position; NaN at the edge of what it reaches.
     #[inline(always)]
-    fn reach<S: Simd, N: Lane>(&self, x: Vectors<S, N>, linear: bool) -> Reach<S, N> {
+    fn reach<S: Simd, N: Lane>(&self, x: Vectors<S, N>, linear: bool) -> Turn<S, N> {
         let all = |number| Wide::all(x.0[0].0, number);
+        let clear = |root: Wide<S, N>| root.above(all(N::CLEAR * N::CLEAR * self.lb_squared));
         let w = x - self.d;
         let (a, b) = (w.along(self.u), w.along(self.v));
         if linear {
@@ -103,21 +95,15 @@ impl ArmNumbers {
             let beside = w - Vectors([along * v1, along * v2, along * v3]);
             let root = all(self.lb_squared) - beside.dot(beside);
             let travel = root.sqrt().times(all(1.0 / self.speed), along);
-            return Reach {
-                turn: [travel, all(0.0)],
-                squared: all(1.0),
-                root,
-            };
+            return [travel.where_it(clear(root), all(f64::NAN)), all(0.0)];
         }
         let c = w.dot(w).times(all(0.5), all(self.offset));
+        // From the joint's axis in its plane.
         let squared = a.times(a, b * b);
         let root = squared - c * c;
-        let s = root.sqrt().signed_by(all(self.speed));
-        Reach {
-            turn: [b.times(c, -(a * s)), a.times(c, b * s)],
-            squared,
-            root,
-        }
+        let (s, inverse) = (root.sqrt().signed_by(all(self.speed)), all(1.0) / squared);
+        let inverse = inverse.where_it(clear(root), all(f64::NAN));
+        [b.times(c, -(a * s)) * inverse, a.times(c, b * s) * inverse]
     }
 }
 
@@ -165,25 +151,19 @@ impl Lanes {
         Wide::all(q1.0, far).above(off(q1).max(off(q2)).max(off(q3)))
     }
 
-    /// Of joints, and which are within the limits.
+    /// Of the joint of an arm.
     #[inline(always)]
-    fn turns<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
-        let zero = Wide::all(q[0].0, 0.0);
-        let mut turns = [[zero; 2]; 3];
-        for arm in 0..3 {
-            turns[arm] = match self.linear {
-                true => [q[arm], zero],
-                false => q[arm].sine_cosine(),
-            };
+    fn turn<S: Simd, N: Lane>(&self, q: Wide<S, N>) -> Turn<S, N> {
+        match self.linear {
+            true => [q, Wide::all(q.0, 0.0)],
+            false => q.sine_cosine(),
         }
-        (turns, self.within(q))
     }
 
     #[inline(always)]
-    fn poses<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> Poses<S, N> {
+    fn poses<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3], turns: [Turn<S, N>; 3]) -> Poses<S, N> {
         let [arm1, arm2, arm3] = &self.arms;
-        let [[one, _], ..] = turns;
-        let all = |number| Wide::all(one.0, number);
+        let all = |number| Wide::all(q[0].0, number);
         let (b1, b2, b3) = (
             arm1.elbow(turns[0]),
             arm2.elbow(turns[1]),
@@ -206,7 +186,8 @@ impl Lanes {
         // From the first elbow.
         let forearm = normal.times(below, within);
         let clear = normal_squared.above(squared2 * squared3 * (N::CLEAR * N::CLEAR))
-            & height_squared.above(all(N::CLEAR * N::CLEAR * arm1.lb_squared));
+            & height_squared.above(all(N::CLEAR * N::CLEAR * arm1.lb_squared))
+            & self.within(q);
         Poses {
             x: forearm + b1,
             forearms: [forearm, forearm - edge2, forearm - edge3],
@@ -222,8 +203,8 @@ type Four<N> = [[N; 4]; LANES];
 #[repr(align(64))]
 pub(crate) struct Room<N> {
     rows: Four<N>,
-    /// Sines and cosines of the joints, and NaN where a pose is not clear.
-    turns: [[N; LANES]; 7],
+    columns: [[N; LANES]; 3],
+    turns: [[[N; LANES]; 2]; 3],
     found: [Four<N>; 3],
 }
 
@@ -232,19 +213,24 @@ impl<N: Lane> Room<N> {
         let zero = N::of(0.0);
         Self {
             rows: [[zero; 4]; LANES],
-            turns: [[zero; LANES]; 7],
+            columns: [[zero; LANES]; 3],
+            turns: [[[zero; LANES]; 2]; 3],
             found: [[[zero; 4]; LANES]; 3],
         }
     }
 }
 
-/// A function of the three numbers of a pose, in two steps, as the processor overlaps more poses in each.
+/// A function of the three numbers of a pose, in two steps: of shorter ones the processor overlaps more.
 pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
-    /// The joints of the poses, and which of these are clear.
-    fn turns<S: Simd, N: Lane>(&self, from: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>);
+    /// The joint of an arm.
+    fn turn<S: Simd, N: Lane>(&self, arm: usize, from: [Wide<S, N>; 3]) -> Turn<S, N>;
 
     /// The function, and of which poses it holds.
-    fn of<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>);
+    fn of<S: Simd, N: Lane>(
+        &self,
+        from: [Wide<S, N>; 3],
+        turns: [Turn<S, N>; 3],
+    ) -> ([Wide<S, N>; WIDTH], Which<S, N>);
 
     /// The function of `LANES` rows; whether all of them are clear.
     fn fill<N: Lane>(&self, from: &[N], into: &mut [N], room: &mut Room<N>) -> bool {
@@ -259,7 +245,13 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self(kernel, from, into, Room { rows, turns, found }) = self;
+        let Self(kernel, from, into, room) = self;
+        let Room {
+            rows,
+            columns,
+            turns,
+            found,
+        } = room;
         let (from, into) = (&from[..3 * LANES], &mut into[..WIDTH * LANES]);
         for lane in 0..LANES - 1 {
             rows[lane].copy_from_slice(&from[3 * lane..3 * lane + 4]);
@@ -269,23 +261,36 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
         let (zero, nan) = (Wide::<S, N>::all(simd, 0.0), Wide::all(simd, f64::NAN));
         for lane in (0..LANES).step_by(width) {
             let these = lane..lane + width;
-            let (joints, clear) = kernel.turns(Wide::columns(simd, &rows[these.clone()]));
-            let [[a, b], [c, d], [e, f]] = joints;
-            for (column, own) in [a, b, c, d, e, f, zero.where_it(clear, nan)]
-                .into_iter()
-                .enumerate()
-            {
-                own.store(&mut turns[column][these.clone()]);
+            let own = Wide::columns(simd, &rows[these.clone()]);
+            for place in 0..3 {
+                own[place].store(&mut columns[place][these.clone()]);
+            }
+        }
+        let at = |column: &[N; LANES], lane| Wide::load(simd, &column[lane..lane + width]);
+        for arm in 0..3 {
+            for lane in (0..LANES).step_by(width) {
+                let [a, b, c] = &*columns;
+                let [sine, cosine] = kernel.turn(arm, [at(a, lane), at(b, lane), at(c, lane)]);
+                sine.store(&mut turns[arm][0][lane..lane + width]);
+                cosine.store(&mut turns[arm][1][lane..lane + width]);
             }
         }
         let mut sum = zero;
         for lane in (0..LANES).step_by(width) {
             let these = lane..lane + width;
-            let at = |column: usize| Wide::load(simd, &turns[column][these.clone()]);
-            let (mut columns, clear) = kernel.of([[at(0), at(1)], [at(2), at(3)], [at(4), at(5)]]);
-            let mark = at(6).where_it(clear, nan);
-            sum = sum + mark;
-            columns[0] = columns[0] + mark;
+            let [a, b, c] = &*columns;
+            let [[s1, c1], [s2, c2], [s3, c3]] = &*turns;
+            let (mut columns, clear) = kernel.of(
+                [at(a, lane), at(b, lane), at(c, lane)],
+                [
+                    [at(s1, lane), at(c1, lane)],
+                    [at(s2, lane), at(c2, lane)],
+                    [at(s3, lane), at(c3, lane)],
+                ],
+            );
+            sum = sum.where_it(clear, nan);
+            // Marks the row.
+            columns[0] = columns[0].where_it(clear, nan);
             for group in 0..WIDTH.div_ceil(4) {
                 let mut four = [zero; 4];
                 for place in 0..(WIDTH - 4 * group).min(4) {
@@ -314,11 +319,15 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
 pub(crate) enum Exact {}
 
 impl<const WIDTH: usize> Kernel<WIDTH> for Exact {
-    fn turns<S: Simd, N: Lane>(&self, _: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
+    fn turn<S: Simd, N: Lane>(&self, _: usize, _: [Wide<S, N>; 3]) -> Turn<S, N> {
         match *self {}
     }
 
-    fn of<S: Simd, N: Lane>(&self, _: [Turn<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>) {
+    fn of<S: Simd, N: Lane>(
+        &self,
+        _: [Wide<S, N>; 3],
+        _: [Turn<S, N>; 3],
+    ) -> ([Wide<S, N>; WIDTH], Which<S, N>) {
         match *self {}
     }
 }
@@ -328,13 +337,17 @@ pub(crate) struct Forward(pub(crate) Lanes);
 
 impl Kernel<3> for Forward {
     #[inline(always)]
-    fn turns<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
-        self.0.turns(q)
+    fn turn<S: Simd, N: Lane>(&self, arm: usize, q: [Wide<S, N>; 3]) -> Turn<S, N> {
+        self.0.turn(q[arm])
     }
 
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let Poses { x, clear, .. } = self.0.poses(turns);
+    fn of<S: Simd, N: Lane>(
+        &self,
+        q: [Wide<S, N>; 3],
+        turns: [Turn<S, N>; 3],
+    ) -> ([Wide<S, N>; 3], Which<S, N>) {
+        let Poses { x, clear, .. } = self.0.poses(q, turns);
         (x.0, clear)
     }
 }
@@ -344,47 +357,36 @@ pub(crate) struct Inverse(pub(crate) Lanes);
 
 impl Kernel<3> for Inverse {
     #[inline(always)]
-    fn turns<S: Simd, N: Lane>(&self, x: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
-        let (own, all, x) = (&self.0, |number| Wide::all(x[0].0, number), Vectors(x));
+    fn turn<S: Simd, N: Lane>(&self, arm: usize, x: [Wide<S, N>; 3]) -> Turn<S, N> {
+        self.0.arms[arm].reach(Vectors(x), self.0.linear)
+    }
+
+    #[inline(always)]
+    fn of<S: Simd, N: Lane>(
+        &self,
+        x: [Wide<S, N>; 3],
+        turns: [Turn<S, N>; 3],
+    ) -> ([Wide<S, N>; 3], Which<S, N>) {
+        let (own, x) = (&self.0, Vectors(x));
         let [arm1, arm2, arm3] = &own.arms;
-        let first = arm1.reach(x, own.linear);
-        let second = arm2.reach(x, own.linear);
-        let third = arm3.reach(x, own.linear);
-        // One division for three: it takes as long as a dozen products.
-        let two = first.squared * second.squared;
-        let inverse = all(1.0) / (two * third.squared);
-        let both = third.squared * inverse;
-        let by = |[sine, cosine]: Turn<S, N>, by: Wide<S, N>| [sine * by, cosine * by];
-        let (turn1, turn2, turn3) = (
-            by(first.turn, second.squared * both),
-            by(second.turn, first.squared * both),
-            by(third.turn, two * inverse),
-        );
         let (w1, w2, w3) = (
-            x - arm1.elbow(turn1),
-            x - arm2.elbow(turn2),
-            x - arm3.elbow(turn3),
+            x - arm1.elbow(turns[0]),
+            x - arm2.elbow(turns[1]),
+            x - arm3.elbow(turns[2]),
         );
         // The platform hangs below the plane of the elbows.
         let normal = (w1 - w2).cross(w1 - w3);
         let depth = -w1.dot(normal).signed_by(normal.along(own.up));
-        let least = all(N::CLEAR * N::CLEAR * arm1.lb_squared);
-        let clear = first.root.min(second.root).min(third.root).above(least)
-            & depth.above(all(N::CLEAR * arm1.lb_squared * arm1.lb));
-        ([turn1, turn2, turn3], clear)
-    }
-
-    #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let mut q = [turns[0][0]; 3];
+        let mut q = x.0;
         for arm in 0..3 {
             let [sine, cosine] = turns[arm];
-            q[arm] = match self.0.linear {
+            q[arm] = match own.linear {
                 true => sine,
                 false => sine.angle_of(cosine),
             };
         }
-        (q, self.0.within(q))
+        let least = N::CLEAR * arm1.lb_squared * arm1.lb;
+        (q, depth.above(Wide::all(depth.0, least)) & own.within(q))
     }
 }
 
@@ -393,19 +395,23 @@ pub(crate) struct Derivatives(pub(crate) Lanes);
 
 impl Kernel<9> for Derivatives {
     #[inline(always)]
-    fn turns<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Turn<S, N>; 3], Which<S, N>) {
-        self.0.turns(q)
+    fn turn<S: Simd, N: Lane>(&self, arm: usize, q: [Wide<S, N>; 3]) -> Turn<S, N> {
+        self.0.turn(q[arm])
     }
 
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, turns: [Turn<S, N>; 3]) -> ([Wide<S, N>; 9], Which<S, N>) {
+    fn of<S: Simd, N: Lane>(
+        &self,
+        q: [Wide<S, N>; 3],
+        turns: [Turn<S, N>; 3],
+    ) -> ([Wide<S, N>; 9], Which<S, N>) {
         let own = &self.0;
         let [arm1, arm2, arm3] = &own.arms;
         let Poses {
             forearms: [w1, w2, w3],
             clear,
             ..
-        } = own.poses(turns);
+        } = own.poses(q, turns);
         let (normal1, normal2, normal3) = (w2.cross(w3), w3.cross(w1), w1.cross(w2));
         let volume = w1.dot(normal1);
         let by = |arm: &ArmNumbers, w: Vectors<S, N>, turn| w.dot(arm.motion(turn, own.linear));

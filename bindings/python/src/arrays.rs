@@ -1,7 +1,7 @@
 //! Rows of numbers to arrays, on all cores, and what identifies them. `delta_cal/_arrays.py` prepares the arguments.
 
 use crate::errors::value_error;
-use crate::lanes::{Kernel, LANES, Room};
+use crate::lanes::{Kernel, LANES, Lanes, Room};
 use crate::wide::Lane;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
@@ -82,7 +82,7 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],
     raise: bool,
-    kernel: Option<impl Kernel<WIDTH>>,
+    kernel: Option<(impl Kernel<WIDTH>, Lanes<f64>)>,
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
     let given: PyReadonlyArrayDyn<'py, N> = rows.extract()?;
@@ -98,6 +98,7 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     let array = array.cast_into::<PyArrayDyn<N>>()?;
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
+    let kernel = kernel.map(|(kernel, robot)| (kernel, robot.rounded::<N>()));
     // Joints that the kernel finds clear are within the limits.
     let degrees = AtomicBool::new(false);
     let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
@@ -112,13 +113,15 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
         let mut room = Room::new();
         let mut last = ([[N::of(0.0); 3]; LANES], [[N::of(0.0); WIDTH]; LANES]);
         for (into, from) in into.chunks_mut(LANES).zip(from.chunks(LANES)) {
-            let clear = kernel.as_ref().map(|kernel| {
+            let clear = kernel.as_ref().map(|(kernel, robot)| {
                 if from.len() == LANES {
-                    return kernel.fill(from.as_flattened(), into.as_flattened_mut(), &mut room);
+                    let (from, into) = (from.as_flattened(), into.as_flattened_mut());
+                    return kernel.fill(robot, from, into, &mut room);
                 }
                 let (rows, found) = &mut last;
                 rows[..from.len()].copy_from_slice(from);
-                kernel.fill(rows.as_flattened(), found.as_flattened_mut(), &mut room);
+                let (from, to) = (rows.as_flattened(), found.as_flattened_mut());
+                kernel.fill(robot, from, to, &mut room);
                 into.copy_from_slice(&found[..into.len()]);
                 false
             });

@@ -27,31 +27,30 @@ pub(crate) fn margin(robot: &RobotFile) -> f64 {
 
 /// A robot whose joints are exact and whose platform does not tilt, in the axes and with the joints of its convention: there
 /// the same formulas hold, as only signs differ.
-pub(crate) struct Lanes {
-    arms: [ArmNumbers; 3],
-    up: [f64; 3],
+pub(crate) struct Lanes<N> {
+    arms: [ArmNumbers<N>; 3],
+    up: [N; 3],
     linear: bool,
     /// Joints that are within the limits: the middle, and how far from there.
-    range: [f64; 2],
+    range: [N; 2],
 }
 
-struct ArmNumbers {
+struct ArmNumbers<N> {
     /// With the point that moves, from the platform point.
-    d: [f64; 3],
-    u: [f64; 3],
-    v: [f64; 3],
-    lb: f64,
-    lb_squared: f64,
+    d: [N; 3],
+    u: [N; 3],
+    v: [N; 3],
+    lb: N,
     /// Length of v, negative where joints count upwards: the upper arm, or the scale of a linear drive.
-    speed: f64,
+    speed: N,
     /// Of w·w / 2 from there: the joint's u·w cos q + v·w sin q.
-    offset: f64,
+    offset: N,
 }
 
 /// Sine and cosine of a joint; of a linear drive the travel and 0.
 type Turn<S, N> = [Wide<S, N>; 2];
 
-impl ArmNumbers {
+impl ArmNumbers<f64> {
     fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>) -> Self {
         let (basis, sense) = (arm.basis(), convention.sense());
         let (speed, lb) = (basis.v.norm(), arm.lb());
@@ -60,49 +59,73 @@ impl ArmNumbers {
             u: convention.vector(&basis.u).into(),
             v: convention.vector(&(basis.v * sense)).into(),
             lb,
-            lb_squared: lb * lb,
             speed: speed * sense,
             offset: (speed * speed - lb * lb) / 2.0,
         }
     }
 
+    fn rounded<N: Lane>(&self) -> ArmNumbers<N> {
+        ArmNumbers {
+            d: self.d.map(N::of),
+            u: self.u.map(N::of),
+            v: self.v.map(N::of),
+            lb: N::of(self.lb),
+            speed: N::of(self.speed),
+            offset: N::of(self.offset),
+        }
+    }
+}
+
+impl<N: Lane> ArmNumbers<N> {
+    /// lb².
     #[inline(always)]
-    fn elbow<S: Simd, N: Lane>(&self, [sine, cosine]: Turn<S, N>) -> Vectors<S, N> {
+    fn long<S: Simd>(&self, simd: S) -> Wide<S, N> {
+        Wide::one(simd, self.lb * self.lb)
+    }
+
+    #[inline(always)]
+    fn elbow<S: Simd>(&self, [sine, cosine]: Turn<S, N>) -> Vectors<S, N> {
         Vectors::sum(self.d, (self.u, cosine), (self.v, sine))
     }
 
     /// How the elbow moves with the joint.
     #[inline(always)]
-    fn motion<S: Simd, N: Lane>(&self, [sine, cosine]: Turn<S, N>, linear: bool) -> Vectors<S, N> {
-        let all = |number| Wide::all(sine.0, number);
+    fn motion<S: Simd>(&self, [sine, cosine]: Turn<S, N>, linear: bool) -> Vectors<S, N> {
         if linear {
-            let [x, y, z] = self.v;
-            return Vectors([all(x), all(y), all(z)]);
+            return Vectors::all(sine.0, self.v);
         }
-        Vectors::sum([0.0; 3], (self.u, -sine), (self.v, cosine))
+        Vectors::sum([N::default(); 3], (self.u, -sine), (self.v, cosine))
+    }
+
+    /// Whether it is not stretched, given w·v: then the joint moves the platform at all.
+    #[inline(always)]
+    fn moves<S: Simd>(&self, by: Wide<S, N>) -> Which<S, N> {
+        let most = Wide::one(by.0, self.lb * self.speed).abs();
+        by.abs().above(most * (1e-3 * N::CLEAR))
     }
 
     /// What brings the forearm to a position; NaN at the edge of what it reaches.
     #[inline(always)]
-    fn reach<S: Simd, N: Lane>(&self, x: Vectors<S, N>, linear: bool) -> Turn<S, N> {
-        let all = |number| Wide::all(x.0[0].0, number);
-        let clear = |root: Wide<S, N>| root.above(all(N::CLEAR * N::CLEAR * self.lb_squared));
-        let w = x - self.d;
+    fn reach<S: Simd>(&self, x: Vectors<S, N>, linear: bool) -> Turn<S, N> {
+        let simd = x.0[0].0;
+        let (all, one) = (|own| Wide::all(simd, own), |own| Wide::one(simd, own));
+        let (speed, long) = (one(self.speed), self.long(simd));
+        let least = long * (N::CLEAR * N::CLEAR);
+        let w = x - Vectors::all(simd, self.d);
         let (a, b) = (w.along(self.u), w.along(self.v));
         if linear {
-            let along = b * (1.0 / (self.speed * self.speed));
-            let [v1, v2, v3] = self.v;
-            let beside = w - Vectors([along * v1, along * v2, along * v3]);
-            let root = all(self.lb_squared) - beside.dot(beside);
-            let travel = root.sqrt().times(all(1.0 / self.speed), along);
-            return [travel.where_it(clear(root), all(f64::NAN)), all(0.0)];
+            let along = b / (speed * speed);
+            let beside = w - Vectors::all(simd, self.v) * along;
+            let root = long - beside.dot(beside);
+            let travel = along + root.sqrt() / speed;
+            return [travel.where_it(root.above(least), all(f64::NAN)), all(0.0)];
         }
-        let c = w.dot(w).times(all(0.5), all(self.offset));
+        let c = w.dot(w).times(all(0.5), one(self.offset));
         // From the joint's axis in its plane.
         let squared = a.times(a, b * b);
         let root = squared - c * c;
-        let (s, inverse) = (root.sqrt().signed_by(all(self.speed)), all(1.0) / squared);
-        let inverse = inverse.where_it(clear(root), all(f64::NAN));
+        let (s, inverse) = (root.sqrt().signed_by(speed), all(1.0) / squared);
+        let inverse = inverse.where_it(root.above(least), all(f64::NAN));
         [b.times(c, -(a * s)) * inverse, a.times(c, b * s) * inverse]
     }
 }
@@ -114,7 +137,7 @@ struct Poses<S: Simd, N: Lane> {
     clear: Which<S, N>,
 }
 
-impl Lanes {
+impl Lanes<f64> {
     /// `None` of transmissions and of a platform that tilts.
     pub(crate) fn of(file: &RobotFile, point: &Tool) -> Option<Self> {
         let arms = file.robot.arms();
@@ -143,17 +166,33 @@ impl Lanes {
         })
     }
 
+    pub(crate) fn rounded<N: Lane>(&self) -> Lanes<N> {
+        Lanes {
+            arms: self.arms.each_ref().map(ArmNumbers::rounded),
+            up: self.up.map(N::of),
+            linear: self.linear,
+            range: self.range.map(N::of),
+        }
+    }
+}
+
+impl<N: Lane> Lanes<N> {
     /// Which joints are within the limits.
     #[inline(always)]
-    fn within<S: Simd, N: Lane>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Which<S, N> {
+    fn within<S: Simd>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Which<S, N> {
         let [middle, far] = self.range;
-        let off = |q: Wide<S, N>| (q - middle).abs();
-        Wide::all(q1.0, far).above(off(q1).max(off(q2)).max(off(q3)))
+        let middle = Wide::one(q1.0, middle);
+        let (off1, off2, off3) = (
+            (q1 - middle).abs(),
+            (q2 - middle).abs(),
+            (q3 - middle).abs(),
+        );
+        Wide::one(q1.0, far).above(off1.max(off2).max(off3))
     }
 
     /// Of the joint of an arm.
     #[inline(always)]
-    fn turn<S: Simd, N: Lane>(&self, q: Wide<S, N>) -> Turn<S, N> {
+    fn turn<S: Simd>(&self, q: Wide<S, N>) -> Turn<S, N> {
         match self.linear {
             true => [q, Wide::all(q.0, 0.0)],
             false => q.sine_cosine(),
@@ -161,9 +200,11 @@ impl Lanes {
     }
 
     #[inline(always)]
-    fn poses<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3], turns: [Turn<S, N>; 3]) -> Poses<S, N> {
+    fn poses<S: Simd>(&self, q: [Wide<S, N>; 3], turns: [Turn<S, N>; 3]) -> Poses<S, N> {
         let [arm1, arm2, arm3] = &self.arms;
         let all = |number| Wide::all(q[0].0, number);
+        let simd = q[0].0;
+        let (long1, long2, long3) = (arm1.long(simd), arm2.long(simd), arm3.long(simd));
         let (b1, b2, b3) = (
             arm1.elbow(turns[0]),
             arm2.elbow(turns[1]),
@@ -175,18 +216,18 @@ impl Lanes {
         let (squared2, squared3) = (edge2.dot(edge2), edge3.dot(edge3));
         let inverse = all(1.0) / normal_squared;
         let half = inverse * 0.5;
-        let along2 = (squared2 + (arm1.lb_squared - arm2.lb_squared)) * half;
-        let along3 = (squared3 + (arm1.lb_squared - arm3.lb_squared)) * half;
+        let along2 = (squared2 + (long1 - long2)) * half;
+        let along3 = (squared3 + (long1 - long3)) * half;
         let within = edge3
             .cross(normal)
             .times(along2, normal.cross(edge2) * along3);
-        let height_squared = all(arm1.lb_squared) - within.dot(within);
+        let height_squared = long1 - within.dot(within);
         let height = (height_squared * inverse).sqrt();
         let below = -height.signed_by(normal.along(self.up));
         // From the first elbow.
         let forearm = normal.times(below, within);
         let clear = normal_squared.above(squared2 * squared3 * (N::CLEAR * N::CLEAR))
-            & height_squared.above(all(N::CLEAR * N::CLEAR * arm1.lb_squared))
+            & height_squared.above(long1 * (N::CLEAR * N::CLEAR))
             & self.within(q);
         Poses {
             x: forearm + b1,
@@ -223,29 +264,47 @@ impl<N: Lane> Room<N> {
 /// A function of the three numbers of a pose, in two steps: of shorter ones the processor overlaps more.
 pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
     /// The joint of an arm.
-    fn turn<S: Simd, N: Lane>(&self, arm: usize, from: [Wide<S, N>; 3]) -> Turn<S, N>;
+    fn turn<S: Simd, N: Lane>(
+        &self,
+        own: &Lanes<N>,
+        arm: usize,
+        from: [Wide<S, N>; 3],
+    ) -> Turn<S, N>;
 
     /// The function, and of which poses it holds.
     fn of<S: Simd, N: Lane>(
         &self,
+        own: &Lanes<N>,
         from: [Wide<S, N>; 3],
         turns: [Turn<S, N>; 3],
     ) -> ([Wide<S, N>; WIDTH], Which<S, N>);
 
     /// The function of `LANES` rows; whether all of them are clear.
-    fn fill<N: Lane>(&self, from: &[N], into: &mut [N], room: &mut Room<N>) -> bool {
-        Arch::new().dispatch(Fill(self, from, into, room))
+    fn fill<N: Lane>(
+        &self,
+        own: &Lanes<N>,
+        from: &[N],
+        into: &mut [N],
+        room: &mut Room<N>,
+    ) -> bool {
+        Arch::new().dispatch(Fill(self, own, from, into, room))
     }
 }
 
-struct Fill<'a, K, N, const WIDTH: usize>(&'a K, &'a [N], &'a mut [N], &'a mut Room<N>);
+struct Fill<'a, K, N, const WIDTH: usize>(
+    &'a K,
+    &'a Lanes<N>,
+    &'a [N],
+    &'a mut [N],
+    &'a mut Room<N>,
+);
 
 impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, WIDTH> {
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self(kernel, from, into, room) = self;
+        let Self(kernel, own, from, into, room) = self;
         let Room {
             rows,
             columns,
@@ -266,28 +325,26 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
                 own[place].store(&mut columns[place][these.clone()]);
             }
         }
-        let at = |column: &[N; LANES], lane| Wide::load(simd, &column[lane..lane + width]);
         for arm in 0..3 {
             for lane in (0..LANES).step_by(width) {
-                let [a, b, c] = &*columns;
-                let [sine, cosine] = kernel.turn(arm, [at(a, lane), at(b, lane), at(c, lane)]);
-                sine.store(&mut turns[arm][0][lane..lane + width]);
-                cosine.store(&mut turns[arm][1][lane..lane + width]);
+                let these = lane..lane + width;
+                let from = Wide::load(simd, columns, these.clone());
+                let [sine, cosine] = kernel.turn(own, arm, from);
+                sine.store(&mut turns[arm][0][these.clone()]);
+                cosine.store(&mut turns[arm][1][these]);
             }
         }
         let mut sum = zero;
         for lane in (0..LANES).step_by(width) {
             let these = lane..lane + width;
-            let [a, b, c] = &*columns;
-            let [[s1, c1], [s2, c2], [s3, c3]] = &*turns;
-            let (mut columns, clear) = kernel.of(
-                [at(a, lane), at(b, lane), at(c, lane)],
-                [
-                    [at(s1, lane), at(c1, lane)],
-                    [at(s2, lane), at(c2, lane)],
-                    [at(s3, lane), at(c3, lane)],
-                ],
-            );
+            let [first, second, third] = &*turns;
+            let turns = [
+                Wide::load(simd, first, these.clone()),
+                Wide::load(simd, second, these.clone()),
+                Wide::load(simd, third, these.clone()),
+            ];
+            let from = Wide::load(simd, columns, these.clone());
+            let (mut columns, clear) = kernel.of(own, from, turns);
             sum = sum.where_it(clear, nan);
             // Marks the row.
             columns[0] = columns[0].where_it(clear, nan);
@@ -319,12 +376,13 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
 pub(crate) enum Exact {}
 
 impl<const WIDTH: usize> Kernel<WIDTH> for Exact {
-    fn turn<S: Simd, N: Lane>(&self, _: usize, _: [Wide<S, N>; 3]) -> Turn<S, N> {
+    fn turn<S: Simd, N: Lane>(&self, _: &Lanes<N>, _: usize, _: [Wide<S, N>; 3]) -> Turn<S, N> {
         match *self {}
     }
 
     fn of<S: Simd, N: Lane>(
         &self,
+        _: &Lanes<N>,
         _: [Wide<S, N>; 3],
         _: [Turn<S, N>; 3],
     ) -> ([Wide<S, N>; WIDTH], Which<S, N>) {
@@ -333,41 +391,43 @@ impl<const WIDTH: usize> Kernel<WIDTH> for Exact {
 }
 
 /// Joints to positions.
-pub(crate) struct Forward(pub(crate) Lanes);
+pub(crate) struct Forward;
 
 impl Kernel<3> for Forward {
     #[inline(always)]
-    fn turn<S: Simd, N: Lane>(&self, arm: usize, q: [Wide<S, N>; 3]) -> Turn<S, N> {
-        self.0.turn(q[arm])
+    fn turn<S: Simd, N: Lane>(&self, own: &Lanes<N>, arm: usize, q: [Wide<S, N>; 3]) -> Turn<S, N> {
+        own.turn(q[arm])
     }
 
     #[inline(always)]
     fn of<S: Simd, N: Lane>(
         &self,
+        own: &Lanes<N>,
         q: [Wide<S, N>; 3],
         turns: [Turn<S, N>; 3],
     ) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let Poses { x, clear, .. } = self.0.poses(q, turns);
+        let Poses { x, clear, .. } = own.poses(q, turns);
         (x.0, clear)
     }
 }
 
 /// Positions to joints.
-pub(crate) struct Inverse(pub(crate) Lanes);
+pub(crate) struct Inverse;
 
 impl Kernel<3> for Inverse {
     #[inline(always)]
-    fn turn<S: Simd, N: Lane>(&self, arm: usize, x: [Wide<S, N>; 3]) -> Turn<S, N> {
-        self.0.arms[arm].reach(Vectors(x), self.0.linear)
+    fn turn<S: Simd, N: Lane>(&self, own: &Lanes<N>, arm: usize, x: [Wide<S, N>; 3]) -> Turn<S, N> {
+        own.arms[arm].reach(Vectors(x), own.linear)
     }
 
     #[inline(always)]
     fn of<S: Simd, N: Lane>(
         &self,
+        own: &Lanes<N>,
         x: [Wide<S, N>; 3],
         turns: [Turn<S, N>; 3],
     ) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let (own, x) = (&self.0, Vectors(x));
+        let x = Vectors(x);
         let [arm1, arm2, arm3] = &own.arms;
         let (w1, w2, w3) = (
             x - arm1.elbow(turns[0]),
@@ -385,27 +445,27 @@ impl Kernel<3> for Inverse {
                 false => sine.angle_of(cosine),
             };
         }
-        let least = N::CLEAR * arm1.lb_squared * arm1.lb;
-        (q, depth.above(Wide::all(depth.0, least)) & own.within(q))
+        let least = Wide::one(depth.0, arm1.lb * arm1.lb * arm1.lb) * N::CLEAR;
+        (q, depth.above(least) & own.within(q))
     }
 }
 
 /// Joints to the nine derivatives of positions, row by row.
-pub(crate) struct Derivatives(pub(crate) Lanes);
+pub(crate) struct Derivatives;
 
 impl Kernel<9> for Derivatives {
     #[inline(always)]
-    fn turn<S: Simd, N: Lane>(&self, arm: usize, q: [Wide<S, N>; 3]) -> Turn<S, N> {
-        self.0.turn(q[arm])
+    fn turn<S: Simd, N: Lane>(&self, own: &Lanes<N>, arm: usize, q: [Wide<S, N>; 3]) -> Turn<S, N> {
+        own.turn(q[arm])
     }
 
     #[inline(always)]
     fn of<S: Simd, N: Lane>(
         &self,
+        own: &Lanes<N>,
         q: [Wide<S, N>; 3],
         turns: [Turn<S, N>; 3],
     ) -> ([Wide<S, N>; 9], Which<S, N>) {
-        let own = &self.0;
         let [arm1, arm2, arm3] = &own.arms;
         let Poses {
             forearms: [w1, w2, w3],
@@ -414,20 +474,15 @@ impl Kernel<9> for Derivatives {
         } = own.poses(q, turns);
         let (normal1, normal2, normal3) = (w2.cross(w3), w3.cross(w1), w1.cross(w2));
         let volume = w1.dot(normal1);
-        let by = |arm: &ArmNumbers, w: Vectors<S, N>, turn| w.dot(arm.motion(turn, own.linear));
-        let (by1, by2, by3) = (
-            by(arm1, w1, turns[0]),
-            by(arm2, w2, turns[1]),
-            by(arm3, w3, turns[2]),
-        );
-        let above = |found: Wide<S, N>, most: f64| {
-            found.abs().above(Wide::all(found.0, N::CLEAR * most.abs()))
-        };
+        let by1 = w1.dot(arm1.motion(turns[0], own.linear));
+        let by2 = w2.dot(arm2.motion(turns[1], own.linear));
+        let by3 = w3.dot(arm3.motion(turns[2], own.linear));
+        let most = Wide::one(volume.0, arm1.lb * arm2.lb * arm3.lb);
         let clear = clear
-            & above(volume, arm1.lb * arm2.lb * arm3.lb)
-            & above(by1, arm1.lb * arm1.speed)
-            & above(by2, arm2.lb * arm2.speed)
-            & above(by3, arm3.lb * arm3.speed);
+            & volume.abs().above(most * N::CLEAR)
+            & arm1.moves(by1)
+            & arm2.moves(by2)
+            & arm3.moves(by3);
         let inverse = Wide::all(volume.0, 1.0) / volume;
         let (Vectors([x1, y1, z1]), Vectors([x2, y2, z2]), Vectors([x3, y3, z3])) = (
             normal1 * (by1 * inverse),

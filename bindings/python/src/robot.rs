@@ -192,7 +192,7 @@ impl Robot {
         (argument, given): (&str, &Bound<'py, PyAny>),
         shape: &[usize],
         errors: &str,
-        kernel: Option<impl Kernel<WIDTH>>,
+        kernel: Option<(impl Kernel<WIDTH>, Lanes<f64>)>,
         compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], NoPose> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let raise = match errors {
@@ -454,7 +454,7 @@ impl Robot {
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, point) = (self.file.convention, self.point(target)?);
-        let kernel = Lanes::of(&self.file, &point).map(Forward);
+        let kernel = Lanes::of(&self.file, &point).map(|own| (Forward, own));
         self.each(("q", q), &[3], errors, kernel, |q| {
             let q = convention.directed(q);
             let at = match point.parallelograms {
@@ -490,7 +490,7 @@ impl Robot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let point = self.point(target)?;
-        let kernel = Lanes::of(&self.file, &point).map(Inverse);
+        let kernel = Lanes::of(&self.file, &point).map(|own| (Inverse, own));
         self.each(("x", x), &[3], errors, kernel, |x| {
             let x = convention.vector(&Vector3::from(*x));
             let (q, platform) = point.joints(robot, &x)?;
@@ -519,7 +519,7 @@ impl Robot {
     fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, errors: &str) -> PyResult<Bound<'py, PyAny>> {
         let convention = self.file.convention;
         let (sense, axes) = (convention.sense(), convention.axes());
-        let kernel = Lanes::of(&self.file, &self.point(None)?).map(Derivatives);
+        let kernel = Lanes::of(&self.file, &self.point(None)?).map(|own| (Derivatives, own));
         self.each(("q", q), &[3, 3], errors, kernel, |q| {
             let q = convention.directed(q);
             let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
@@ -735,7 +735,7 @@ pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
 }
 
 /// Every row is the core's.
-const EXACT: Option<Exact> = None;
+const EXACT: Option<(Exact, Lanes<f64>)> = None;
 
 /// Limits of a robot before its own are stated.
 const ANY_LIMITS: (f64, f64) = (-1.0, 1.0);

@@ -5,10 +5,10 @@
 
 use pulp::bytemuck::{Pod, cast_slice, cast_slice_mut};
 use pulp::{Interleave, Simd};
-use std::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, Div, Mul, Neg, Range, Sub};
 
 /// A type of numbers that processors compute several of at once.
-pub(crate) trait Lane: Pod + Default + Send + Sync {
+pub(crate) trait Lane: Pod + Default + Mul<Output = Self> + Send + Sync {
     /// Numbers of several poses.
     type Many<S: Simd>: Pod;
     /// What holds of which of them.
@@ -29,7 +29,7 @@ pub(crate) trait Lane: Pod + Default + Send + Sync {
 
     /// The nearest number.
     fn of(number: f64) -> Self;
-    fn all<S: Simd>(simd: S, number: f64) -> Self::Many<S>;
+    fn all<S: Simd>(simd: S, number: Self) -> Self::Many<S>;
     fn add<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
     fn sub<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
     fn mul<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
@@ -76,8 +76,8 @@ macro_rules! lane {
                 number as $number
             }
             #[inline(always)]
-            fn all<S: Simd>(simd: S, number: f64) -> S::$many {
-                simd.$splat(Self::of(number))
+            fn all<S: Simd>(simd: S, number: Self) -> S::$many {
+                simd.$splat(number)
             }
             $(#[inline(always)]
             fn $binary<S: Simd>(simd: S, one: S::$many, other: S::$many) -> S::$many {
@@ -180,7 +180,7 @@ macro_rules! operators {
 
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
-                Self(self.0, N::$name(self.0, self.1, other.1))
+                Self(self.0, <N as Lane>::$name(self.0, self.1, other.1))
             }
         }
 
@@ -189,7 +189,7 @@ macro_rules! operators {
 
             #[inline(always)]
             fn $name(self, other: f64) -> Self {
-                Self(self.0, N::$name(self.0, self.1, N::all(self.0, other)))
+                Self(self.0, <N as Lane>::$name(self.0, self.1, N::all(self.0, N::of(other))))
             }
         }
     )*};
@@ -210,6 +210,11 @@ impl<S: Simd, N: Lane> Wide<S, N> {
     /// The same number for all.
     #[inline(always)]
     pub(crate) fn all(simd: S, number: f64) -> Self {
+        Self::one(simd, N::of(number))
+    }
+
+    #[inline(always)]
+    pub(crate) fn one(simd: S, number: N) -> Self {
         Self(simd, N::all(simd, number))
     }
 
@@ -228,9 +233,18 @@ impl<S: Simd, N: Lane> Wide<S, N> {
         into[0] = N::rows(a.0, [a.1, b.1, c.1, d.1]);
     }
 
+    /// Some rows of columns.
     #[inline(always)]
-    pub(crate) fn load(simd: S, from: &[N]) -> Self {
-        Self(simd, cast_slice(from)[0])
+    pub(crate) fn load<const COUNT: usize, const ROWS: usize>(
+        simd: S,
+        columns: &[[N; ROWS]; COUNT],
+        rows: Range<usize>,
+    ) -> [Self; COUNT] {
+        let mut found = [Self::all(simd, 0.0); COUNT];
+        for place in 0..COUNT {
+            found[place].1 = cast_slice(&columns[place][rows.clone()])[0];
+        }
+        found
     }
 
     #[inline(always)]
@@ -279,7 +293,7 @@ impl<S: Simd, N: Lane> Wide<S, N> {
     #[inline(always)]
     pub(crate) fn signed_by(self, other: Self) -> Self {
         let Self(simd, own) = self;
-        let sign = N::and(simd, other.1, N::all(simd, -0.0));
+        let sign = N::and(simd, other.1, Self::all(simd, -0.0).1);
         Self(simd, N::xor(simd, own, sign))
     }
 
@@ -339,14 +353,20 @@ pub(crate) fn any_nan<S: Simd, N: Lane>(all: Wide<S, N>) -> bool {
 pub(crate) struct Vectors<S: Simd, N: Lane>(pub(crate) [Wide<S, N>; 3]);
 
 impl<S: Simd, N: Lane> Vectors<S, N> {
+    /// The same vector for all.
+    #[inline(always)]
+    pub(crate) fn all(simd: S, [x, y, z]: [N; 3]) -> Self {
+        Self([Wide::one(simd, x), Wide::one(simd, y), Wide::one(simd, z)])
+    }
+
     /// start + first × one + second × other.
     #[inline(always)]
     pub(crate) fn sum(
-        start: [f64; 3],
-        (first, one): ([f64; 3], Wide<S, N>),
-        (second, other): ([f64; 3], Wide<S, N>),
+        start: [N; 3],
+        (first, one): ([N; 3], Wide<S, N>),
+        (second, other): ([N; 3], Wide<S, N>),
     ) -> Self {
-        let all = |number| Wide::all(one.0, number);
+        let all = |number| Wide::one(one.0, number);
         let mut sum = [one; 3];
         for axis in 0..3 {
             let own = all(second[axis]).times(other, all(start[axis]));
@@ -363,9 +383,8 @@ impl<S: Simd, N: Lane> Vectors<S, N> {
 
     /// With the same vector for all.
     #[inline(always)]
-    pub(crate) fn along(self, [x, y, z]: [f64; 3]) -> Wide<S, N> {
-        let all = |own| Wide::all(self.0[0].0, own);
-        self.dot(Self([all(x), all(y), all(z)]))
+    pub(crate) fn along(self, same: [N; 3]) -> Wide<S, N> {
+        self.dot(Self::all(self.0[0].0, same))
     }
 
     #[inline(always)]
@@ -402,16 +421,6 @@ impl<S: Simd, N: Lane> Sub for Vectors<S, N> {
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
         let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        Self([a - x, b - y, c - z])
-    }
-}
-
-impl<S: Simd, N: Lane> Sub<[f64; 3]> for Vectors<S, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(self, [x, y, z]: [f64; 3]) -> Self {
-        let [a, b, c] = self.0;
         Self([a - x, b - y, c - z])
     }
 }

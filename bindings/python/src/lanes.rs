@@ -125,8 +125,9 @@ impl<N: Lane> ArmNumbers<N> {
         let squared = a.times(a, b * b);
         let root = squared - c * c;
         let (s, inverse) = (root.sqrt().signed_by(speed), all(1.0) / squared);
-        let inverse = inverse.where_it(root.above(least), all(f64::NAN));
-        [b.times(c, -(a * s)) * inverse, a.times(c, b * s) * inverse]
+        let sine = b.times(c, -(a * s)) * inverse;
+        let cosine = a.times(c, b * s) * inverse;
+        [sine.where_it(root.above(least), all(f64::NAN)), cosine]
     }
 }
 

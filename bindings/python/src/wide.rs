@@ -299,11 +299,18 @@ impl<S: Simd, N: Lane> Wide<S, N> {
 
     #[inline(always)]
     fn polynomial(self, coefficients: &[f64]) -> Self {
-        let mut sum = Self::all(self.0, coefficients[0]);
-        for own in &coefficients[1..] {
-            sum = sum.times(self, Self::all(self.0, *own));
+        // Odd and even powers are two chains, which the processor computes side by side.
+        let square = self * self;
+        let mut sums = [self; 2];
+        for (place, own) in coefficients.iter().enumerate() {
+            let own = Self::all(self.0, *own);
+            sums[place % 2] = match place {
+                0 | 1 => own,
+                _ => sums[place % 2].times(square, own),
+            };
         }
-        sum
+        let even = (coefficients.len() + 1) % 2;
+        sums[1 - even].times(self, sums[even])
     }
 
     /// Sine and cosine of up to some turns: of what is left of half turns.

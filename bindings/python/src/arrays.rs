@@ -115,13 +115,11 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
         for (into, from) in into.chunks_mut(LANES).zip(from.chunks(LANES)) {
             let clear = kernel.as_ref().map(|(kernel, robot)| {
                 if from.len() == LANES {
-                    let (from, into) = (from.as_flattened(), into.as_flattened_mut());
                     return kernel.fill(robot, from, into, &mut room);
                 }
                 let (rows, found) = &mut last;
                 rows[..from.len()].copy_from_slice(from);
-                let (from, to) = (rows.as_flattened(), found.as_flattened_mut());
-                kernel.fill(robot, from, to, &mut room);
+                kernel.fill(robot, rows, found, &mut room);
                 into.copy_from_slice(&found[..into.len()]);
                 false
             });

@@ -238,26 +238,21 @@ impl<N: Lane> Lanes<N> {
     }
 }
 
-/// Four columns of the rows of one call: processors exchange rows and columns of four.
-type Four<N> = [[N; 4]; LANES];
-
 /// What one call needs beside its rows, where the processor loads it fastest.
 #[repr(align(64))]
 pub(crate) struct Room<N> {
-    rows: Four<N>,
     columns: [[N; LANES]; 3],
     turns: [[[N; LANES]; 2]; 3],
-    found: [Four<N>; 3],
+    found: [[N; LANES]; 9],
 }
 
 impl<N: Lane> Room<N> {
     pub(crate) fn new() -> Self {
         let zero = N::of(0.0);
         Self {
-            rows: [[zero; 4]; LANES],
             columns: [[zero; LANES]; 3],
             turns: [[[zero; LANES]; 2]; 3],
-            found: [[[zero; 4]; LANES]; 3],
+            found: [[zero; LANES]; 9],
         }
     }
 }
@@ -284,8 +279,8 @@ pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
     fn fill<N: Lane>(
         &self,
         own: &Lanes<N>,
-        from: &[N],
-        into: &mut [N],
+        from: &[[N; 3]],
+        into: &mut [[N; WIDTH]],
         room: &mut Room<N>,
     ) -> bool {
         Arch::new().dispatch(Fill(self, own, from, into, room))
@@ -295,8 +290,8 @@ pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
 struct Fill<'a, K, N, const WIDTH: usize>(
     &'a K,
     &'a Lanes<N>,
-    &'a [N],
-    &'a mut [N],
+    &'a [[N; 3]],
+    &'a mut [[N; WIDTH]],
     &'a mut Room<N>,
 );
 
@@ -307,25 +302,18 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let Self(kernel, own, from, into, room) = self;
         let Room {
-            rows,
             columns,
             turns,
             found,
         } = room;
-        let (from, into) = (&from[..3 * LANES], &mut into[..WIDTH * LANES]);
-        for lane in 0..LANES - 1 {
-            rows[lane].copy_from_slice(&from[3 * lane..3 * lane + 4]);
-        }
-        rows[LANES - 1][..3].copy_from_slice(&from[3 * (LANES - 1)..]);
-        let width = size_of::<N::Many<S>>() / size_of::<N>();
-        let (zero, nan) = (Wide::<S, N>::all(simd, 0.0), Wide::all(simd, f64::NAN));
-        for lane in (0..LANES).step_by(width) {
-            let these = lane..lane + width;
-            let own = Wide::columns(simd, &rows[these.clone()]);
+        let (from, into) = (&from[..LANES], &mut into[..LANES]);
+        for lane in 0..LANES {
             for place in 0..3 {
-                own[place].store(&mut columns[place][these.clone()]);
+                columns[place][lane] = from[lane][place];
             }
         }
+        let width = size_of::<N::Many<S>>() / size_of::<N>();
+        let (zero, nan) = (Wide::<S, N>::all(simd, 0.0), Wide::all(simd, f64::NAN));
         for arm in 0..3 {
             for lane in (0..LANES).step_by(width) {
                 let these = lane..lane + width;
@@ -349,24 +337,13 @@ impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, 
             sum = sum.where_it(clear, nan);
             // Marks the row.
             columns[0] = columns[0].where_it(clear, nan);
-            for group in 0..WIDTH.div_ceil(4) {
-                let mut four = [zero; 4];
-                for place in 0..(WIDTH - 4 * group).min(4) {
-                    four[place] = columns[4 * group + place];
-                }
-                Wide::rows(four, &mut found[group][these.clone()]);
+            for place in 0..WIDTH {
+                columns[place].store(&mut found[place][these.clone()]);
             }
         }
-        // What is beyond a row's last column is overwritten by the next.
         for lane in 0..LANES {
-            for (group, own) in found[..WIDTH.div_ceil(4)].iter().enumerate() {
-                let (first, own) = (WIDTH * lane + 4 * group, &own[lane]);
-                if lane < LANES - 1 {
-                    into[first..first + 4].copy_from_slice(own);
-                } else {
-                    let last = (WIDTH - 4 * group).min(4);
-                    into[first..first + last].copy_from_slice(&own[..last]);
-                }
+            for place in 0..WIDTH {
+                into[lane][place] = found[place][lane];
             }
         }
         !any_nan(sum)

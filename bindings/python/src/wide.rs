@@ -3,8 +3,8 @@
 // Coefficients are as computed.
 #![allow(clippy::excessive_precision)]
 
+use pulp::Simd;
 use pulp::bytemuck::{Pod, cast_slice, cast_slice_mut};
-use pulp::{Interleave, Simd};
 use std::ops::{Add, BitAnd, Div, Mul, Neg, Range, Sub};
 
 /// A type of numbers that processors compute several of at once.
@@ -56,15 +56,13 @@ pub(crate) trait Lane: Pod + Default + Mul<Output = Self> + Send + Sync {
         yes: Self::Many<S>,
         no: Self::Many<S>,
     ) -> Self::Many<S>;
-    fn columns<S: Simd, T: Interleave>(simd: S, rows: T) -> T;
-    fn rows<S: Simd, T: Interleave>(simd: S, columns: T) -> T;
     fn is_nan(self) -> bool;
 }
 
 macro_rules! lane {
     ($number:ident $many:ident $mask:ident { $($constant:item)* } $splat:ident
      $($binary:ident $of_two:ident),*; $($unary:ident $of_one:ident),*;
-     $sum:ident $times:ident $above:ident $both:ident $choose:ident $columns:ident $rows:ident) => {
+     $sum:ident $times:ident $above:ident $both:ident $choose:ident) => {
         impl Lane for $number {
             type Many<S: Simd> = S::$many;
             type Mask<S: Simd> = S::$mask;
@@ -108,14 +106,6 @@ macro_rules! lane {
                 simd.$choose(mask, yes, no)
             }
             #[inline(always)]
-            fn columns<S: Simd, T: Interleave>(simd: S, rows: T) -> T {
-                simd.$columns(rows)
-            }
-            #[inline(always)]
-            fn rows<S: Simd, T: Interleave>(simd: S, columns: T) -> T {
-                simd.$rows(columns)
-            }
-            #[inline(always)]
             fn is_nan(self) -> bool {
                 self.is_nan()
             }
@@ -142,7 +132,7 @@ lane! { f64 f64s m64s {
     const CLEAR: f64 = 0.002;
 } splat_f64s add add_f64s, sub sub_f64s, mul mul_f64s, div div_f64s, xor xor_f64s, and and_f64s, min min_f64s, max max_f64s;
   neg neg_f64s, abs abs_f64s, sqrt sqrt_f64s;
-  reduce_sum_f64s mul_add_e_f64s greater_than_f64s and_m64s select_f64s deinterleave_shfl_f64s interleave_shfl_f64s }
+  reduce_sum_f64s mul_add_e_f64s greater_than_f64s and_m64s select_f64s }
 
 lane! { f32 f32s m32s {
     const SINE: &'static [f64] = &[2.600_039_5e-6, -1.980_660_8e-4, 8.333_017e-3, -1.666_665_7e-1];
@@ -153,7 +143,7 @@ lane! { f32 f32s m32s {
     const CLEAR: f64 = 0.01;
 } splat_f32s add add_f32s, sub sub_f32s, mul mul_f32s, div div_f32s, xor xor_f32s, and and_f32s, min min_f32s, max max_f32s;
   neg neg_f32s, abs abs_f32s, sqrt sqrt_f32s;
-  reduce_sum_f32s mul_add_e_f32s greater_than_f32s and_m32s select_f32s deinterleave_shfl_f32s interleave_shfl_f32s }
+  reduce_sum_f32s mul_add_e_f32s greater_than_f32s and_m32s select_f32s }
 
 /// Numbers of several poses.
 #[derive(Clone, Copy)]
@@ -216,21 +206,6 @@ impl<S: Simd, N: Lane> Wide<S, N> {
     #[inline(always)]
     pub(crate) fn one(simd: S, number: N) -> Self {
         Self(simd, N::all(simd, number))
-    }
-
-    /// Of rows that follow each other the first three columns.
-    #[inline(always)]
-    pub(crate) fn columns(simd: S, rows: &[[N; 4]]) -> [Self; 3] {
-        let rows: &[[N::Many<S>; 4]] = cast_slice(rows);
-        let [a, b, c, _] = N::columns(simd, rows[0]);
-        [Self(simd, a), Self(simd, b), Self(simd, c)]
-    }
-
-    /// The other way round.
-    #[inline(always)]
-    pub(crate) fn rows([a, b, c, d]: [Self; 4], into: &mut [[N; 4]]) {
-        let into: &mut [[N::Many<S>; 4]] = cast_slice_mut(into);
-        into[0] = N::rows(a.0, [a.1, b.1, c.1, d.1]);
     }
 
     /// Some rows of columns.

@@ -98,6 +98,7 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     let array = array.cast_into::<PyArrayDyn<N>>()?;
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
+    let kernel = kernel.filter(|_| from.len() >= LANES);
     let kernel = kernel.map(|(kernel, robot)| (kernel, robot.rounded::<N>()));
     // Joints that the kernel finds clear are within the limits.
     let degrees = AtomicBool::new(false);

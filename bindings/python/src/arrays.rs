@@ -1,7 +1,7 @@
 //! Rows of numbers to arrays, on all cores, and what identifies them. `delta_cal/_arrays.py` prepares the arguments.
 
 use crate::errors::value_error;
-use crate::lanes::{Kernel, LANES, Lanes, Room};
+use crate::lanes::{Kernel, LANES, Lanes, Room, fill as fill_lanes};
 use crate::wide::Lane;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
@@ -77,12 +77,18 @@ pub(crate) fn array<'py, N: Element>(
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
 /// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all but the rows that are not
 /// clear to it. `angles`: the rows are joint angles.
-pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E: Display>(
+pub(crate) fn each_row<
+    'py,
+    N: Element + Lane + Into<f64>,
+    const WIDTH: usize,
+    K: Kernel<WIDTH>,
+    E: Display,
+>(
     py: Python<'py>,
     (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],
     raise: bool,
-    kernel: Option<(impl Kernel<WIDTH>, Lanes<f64>)>,
+    kernel: Option<Lanes<f64>>,
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
     let given: PyReadonlyArrayDyn<'py, N> = rows.extract()?;
@@ -99,7 +105,7 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
     let kernel = kernel.filter(|_| from.len() >= LANES);
-    let kernel = kernel.map(|(kernel, robot)| (kernel, robot.rounded::<N>()));
+    let kernel = kernel.map(|robot| robot.rounded::<N>());
     // Joints that the kernel finds clear are within the limits.
     let degrees = AtomicBool::new(false);
     let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
@@ -114,13 +120,13 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
         let mut room = Room::new();
         let mut last = ([[N::of(0.0); 3]; LANES], [[N::of(0.0); WIDTH]; LANES]);
         for (into, from) in into.chunks_mut(LANES).zip(from.chunks(LANES)) {
-            let clear = kernel.as_ref().map(|(kernel, robot)| {
+            let clear = kernel.as_ref().map(|robot| {
                 if from.len() == LANES {
-                    return kernel.fill(robot, from, into, &mut room);
+                    return fill_lanes::<K, N, WIDTH>(robot, from, into, &mut room);
                 }
                 let (rows, found) = &mut last;
                 rows[..from.len()].copy_from_slice(from);
-                kernel.fill(robot, rows, found, &mut room);
+                fill_lanes::<K, N, WIDTH>(robot, rows, found, &mut room);
                 into.copy_from_slice(&found[..into.len()]);
                 false
             });
@@ -128,7 +134,7 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
                 continue;
             }
             for (into, row) in into.iter_mut().zip(from) {
-                if clear.is_none() || into[0].is_nan() {
+                if clear.is_none() || into[0].into().is_nan() {
                     exact(into, row);
                 }
             }
@@ -145,7 +151,7 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     if degrees.into_inner() {
         in_numpy(py, "radians", (argument, rows))?;
     }
-    let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| value.is_nan());
+    let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| (*value).into().is_nan());
     if raise && let Some(row) = into.iter().position(is_nan) {
         compute(&from[row].map(Into::into))
             .map_err(|error| value_error(argument, format!("row {row}: {error}")))?;

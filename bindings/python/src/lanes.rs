@@ -5,7 +5,13 @@
 //! are rounded in another order. A pose of which that does not hold, near a singularity or outside the limits, is NaN
 //! here; the caller leaves it to the core.
 
-use crate::wide::{Lane, Vectors, Which, Wide, any_nan};
+#![allow(
+    clippy::needless_bitwise_bool,
+    clippy::needless_range_loop,
+    reason = "loops without branches become vector instructions"
+)]
+
+use crate::wide::{Lane, Vector, cross, dot, less, sum, times};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
@@ -13,6 +19,7 @@ use delta_cal_host::files::robot_file::Tool;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::TAU;
+use std::marker::PhantomData;
 
 /// Poses that are computed with one call.
 pub(crate) const LANES: usize = 64;
@@ -48,7 +55,7 @@ struct ArmNumbers<N> {
 }
 
 /// Sine and cosine of a joint; of a linear drive the travel and 0.
-type Turn<S, N> = [Wide<S, N>; 2];
+type Turn<N> = [N; 2];
 
 impl ArmNumbers<f64> {
     fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>) -> Self {
@@ -77,65 +84,56 @@ impl ArmNumbers<f64> {
 }
 
 impl<N: Lane> ArmNumbers<N> {
-    /// lb².
     #[inline(always)]
-    fn long<S: Simd>(&self, simd: S) -> Wide<S, N> {
-        Wide::one(simd, self.lb * self.lb)
-    }
-
-    #[inline(always)]
-    fn elbow<S: Simd>(&self, [sine, cosine]: Turn<S, N>) -> Vectors<S, N> {
-        Vectors::sum(self.d, (self.u, cosine), (self.v, sine))
+    fn elbow(&self, [sine, cosine]: Turn<N>) -> Vector<N> {
+        sum(self.d, (self.u, cosine), (self.v, sine))
     }
 
     /// How the elbow moves with the joint.
     #[inline(always)]
-    fn motion<S: Simd>(&self, [sine, cosine]: Turn<S, N>, linear: bool) -> Vectors<S, N> {
-        if linear {
-            return Vectors::all(sine.0, self.v);
+    fn motion<const LINEAR: bool>(&self, [sine, cosine]: Turn<N>) -> Vector<N> {
+        if LINEAR {
+            return self.v;
         }
-        Vectors::sum([N::default(); 3], (self.u, -sine), (self.v, cosine))
+        sum([N::default(); 3], (self.u, -sine), (self.v, cosine))
     }
 
     /// Whether it is not stretched, given w·v: then the joint moves the platform at all.
     #[inline(always)]
-    fn moves<S: Simd>(&self, by: Wide<S, N>) -> Which<S, N> {
-        let most = Wide::one(by.0, self.lb * self.speed).abs();
-        by.abs().above(most * (1e-3 * N::CLEAR))
+    fn moves(&self, by: N) -> bool {
+        by.size() > (self.lb * self.speed).size() * N::of(1e-3 * N::CLEAR)
     }
 
     /// What brings the forearm to a position; NaN at the edge of what it reaches.
     #[inline(always)]
-    fn reach<S: Simd>(&self, x: Vectors<S, N>, linear: bool) -> Turn<S, N> {
-        let simd = x.0[0].0;
-        let (all, one) = (|own| Wide::all(simd, own), |own| Wide::one(simd, own));
-        let (speed, long) = (one(self.speed), self.long(simd));
-        let least = long * (N::CLEAR * N::CLEAR);
-        let w = x - Vectors::all(simd, self.d);
-        let (a, b) = (w.along(self.u), w.along(self.v));
-        if linear {
-            let along = b / (speed * speed);
-            let beside = w - Vectors::all(simd, self.v) * along;
-            let root = long - beside.dot(beside);
-            let travel = along + root.sqrt() / speed;
-            return [travel.where_it(root.above(least), all(f64::NAN)), all(0.0)];
+    fn reach<const LINEAR: bool>(&self, x: Vector<N>) -> Turn<N> {
+        let long = self.lb * self.lb;
+        let least = long * N::of(N::CLEAR * N::CLEAR);
+        let w = less(x, self.d);
+        let (a, b) = (dot(w, self.u), dot(w, self.v));
+        if LINEAR {
+            let along = b / (self.speed * self.speed);
+            let beside = times(self.v, -along, w);
+            let root = long - dot(beside, beside);
+            let travel = along + root.root() / self.speed;
+            return [if root > least { travel } else { N::nan() }, N::default()];
         }
-        let c = w.dot(w).times(all(0.5), one(self.offset));
+        let c = dot(w, w).times(N::of(0.5), self.offset);
         // From the joint's axis in its plane.
         let squared = a.times(a, b * b);
         let root = squared - c * c;
-        let (s, inverse) = (root.sqrt().signed_by(speed), all(1.0) / squared);
+        let (s, inverse) = (root.root().signed_by(self.speed), N::of(1.0) / squared);
         let sine = b.times(c, -(a * s)) * inverse;
         let cosine = a.times(c, b * s) * inverse;
-        [sine.where_it(root.above(least), all(f64::NAN)), cosine]
+        [if root > least { sine } else { N::nan() }, cosine]
     }
 }
 
-/// The platform point, the forearms, and which poses are clear.
-struct Poses<S: Simd, N: Lane> {
-    x: Vectors<S, N>,
-    forearms: [Vectors<S, N>; 3],
-    clear: Which<S, N>,
+/// The platform point, the forearms, and whether the pose is clear.
+struct Pose<N> {
+    x: Vector<N>,
+    forearms: [Vector<N>; 3],
+    clear: bool,
 }
 
 impl Lanes<f64> {
@@ -178,62 +176,45 @@ impl Lanes<f64> {
 }
 
 impl<N: Lane> Lanes<N> {
-    /// Which joints are within the limits.
+    /// Whether the joints are within the limits.
     #[inline(always)]
-    fn within<S: Simd>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Which<S, N> {
+    fn within(&self, [q1, q2, q3]: Vector<N>) -> bool {
         let [middle, far] = self.range;
-        let middle = Wide::one(q1.0, middle);
-        let (off1, off2, off3) = (
-            (q1 - middle).abs(),
-            (q2 - middle).abs(),
-            (q3 - middle).abs(),
-        );
-        Wide::one(q1.0, far).above(off1.max(off2).max(off3))
-    }
-
-    /// Of the joint of an arm.
-    #[inline(always)]
-    fn turn<S: Simd>(&self, q: Wide<S, N>) -> Turn<S, N> {
-        match self.linear {
-            true => [q, Wide::all(q.0, 0.0)],
-            false => q.sine_cosine(),
-        }
+        let off = less([q1, q2, q3], [middle; 3]);
+        off[0].size().larger(off[1].size()).larger(off[2].size()) < far
     }
 
     #[inline(always)]
-    fn poses<S: Simd>(&self, q: [Wide<S, N>; 3], turns: [Turn<S, N>; 3]) -> Poses<S, N> {
+    fn pose(&self, q: Vector<N>, turns: [Turn<N>; 3]) -> Pose<N> {
         let [arm1, arm2, arm3] = &self.arms;
-        let all = |number| Wide::all(q[0].0, number);
-        let simd = q[0].0;
-        let (long1, long2, long3) = (arm1.long(simd), arm2.long(simd), arm3.long(simd));
-        let (b1, b2, b3) = (
-            arm1.elbow(turns[0]),
-            arm2.elbow(turns[1]),
-            arm3.elbow(turns[2]),
+        let (long1, long2, long3) = (arm1.lb * arm1.lb, arm2.lb * arm2.lb, arm3.lb * arm3.lb);
+        let b1 = arm1.elbow(turns[0]);
+        let (edge2, edge3) = (
+            less(arm2.elbow(turns[1]), b1),
+            less(arm3.elbow(turns[2]), b1),
         );
-        let (edge2, edge3) = (b2 - b1, b3 - b1);
-        let normal = edge2.cross(edge3);
-        let normal_squared = normal.dot(normal);
-        let (squared2, squared3) = (edge2.dot(edge2), edge3.dot(edge3));
-        let inverse = all(1.0) / normal_squared;
-        let half = inverse * 0.5;
+        let normal = cross(edge2, edge3);
+        let normal_squared = dot(normal, normal);
+        let (squared2, squared3) = (dot(edge2, edge2), dot(edge3, edge3));
+        let inverse = N::of(1.0) / normal_squared;
+        let half = inverse * N::of(0.5);
         let along2 = (squared2 + (long1 - long2)) * half;
         let along3 = (squared3 + (long1 - long3)) * half;
-        let within = edge3
-            .cross(normal)
-            .times(along2, normal.cross(edge2) * along3);
-        let height_squared = long1 - within.dot(within);
-        let height = (height_squared * inverse).sqrt();
-        let below = -height.signed_by(normal.along(self.up));
-        // From the first elbow.
-        let forearm = normal.times(below, within);
-        let clear = normal_squared.above(squared2 * squared3 * (N::CLEAR * N::CLEAR))
-            & height_squared.above(long1 * (N::CLEAR * N::CLEAR))
-            & self.within(q);
-        Poses {
-            x: forearm + b1,
-            forearms: [forearm, forearm - edge2, forearm - edge3],
-            clear,
+        let other = times(cross(normal, edge2), along3, [N::default(); 3]);
+        let within = times(cross(edge3, normal), along2, other);
+        let height_squared = long1 - dot(within, within);
+        let height = (height_squared * inverse).root();
+        // From the first elbow, downwards.
+        let below = -height.signed_by(dot(normal, self.up));
+        let forearm = times(normal, below, within);
+        let clear = N::of(N::CLEAR * N::CLEAR);
+        Pose {
+            x: times(forearm, N::of(1.0), b1),
+            forearms: [forearm, less(forearm, edge2), less(forearm, edge3)],
+            // Without branches.
+            clear: (normal_squared > squared2 * squared3 * clear)
+                & (height_squared > long1 * clear)
+                & self.within(q),
         }
     }
 }
@@ -248,225 +229,226 @@ pub(crate) struct Room<N> {
 
 impl<N: Lane> Room<N> {
     pub(crate) fn new() -> Self {
-        let zero = N::of(0.0);
         Self {
-            columns: [[zero; LANES]; 3],
-            turns: [[[zero; LANES]; 2]; 3],
-            found: [[zero; LANES]; 9],
+            columns: [[N::default(); LANES]; 3],
+            turns: [[[N::default(); LANES]; 2]; 3],
+            found: [[N::default(); LANES]; 9],
         }
     }
 }
 
 /// A function of the three numbers of a pose, in two steps: of shorter ones the processor overlaps more.
-pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
+pub(crate) trait Kernel<const WIDTH: usize>: Sync {
     /// The joint of an arm.
-    fn turn<S: Simd, N: Lane>(
-        &self,
-        own: &Lanes<N>,
-        arm: usize,
-        from: [Wide<S, N>; 3],
-    ) -> Turn<S, N>;
-
-    /// The function, and of which poses it holds.
-    fn of<S: Simd, N: Lane>(
-        &self,
-        own: &Lanes<N>,
-        from: [Wide<S, N>; 3],
-        turns: [Turn<S, N>; 3],
-    ) -> ([Wide<S, N>; WIDTH], Which<S, N>);
-
-    /// The function of `LANES` rows; whether all of them are clear.
-    fn fill<N: Lane>(
-        &self,
-        own: &Lanes<N>,
-        from: &[[N; 3]],
-        into: &mut [[N; WIDTH]],
-        room: &mut Room<N>,
-    ) -> bool {
-        Arch::new().dispatch(Fill(self, own, from, into, room))
+    #[inline(always)]
+    fn turn<N: Lane, const LINEAR: bool>(_: &Lanes<N>, arm: usize, q: Vector<N>) -> Turn<N> {
+        if LINEAR {
+            return [q[arm], N::default()];
+        }
+        q[arm].sine_cosine()
     }
+
+    /// The function, and whether it holds of the pose.
+    fn of<N: Lane, const LINEAR: bool>(
+        own: &Lanes<N>,
+        from: Vector<N>,
+        turns: [Turn<N>; 3],
+    ) -> ([N; WIDTH], bool);
 }
 
+/// The function of `LANES` rows; whether all of them are clear. Those that are not begin with NaN.
+pub(crate) fn fill<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize>(
+    own: &Lanes<N>,
+    from: &[[N; 3]],
+    into: &mut [[N; WIDTH]],
+    room: &mut Room<N>,
+) -> bool {
+    Arch::new().dispatch(Fill(own, from, into, room, PhantomData::<K>))
+}
+
+/// A closure would not be inlined.
 struct Fill<'a, K, N, const WIDTH: usize>(
-    &'a K,
     &'a Lanes<N>,
     &'a [[N; 3]],
     &'a mut [[N; WIDTH]],
     &'a mut Room<N>,
+    PhantomData<K>,
 );
 
 impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, WIDTH> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self(kernel, own, from, into, room) = self;
-        let Room {
-            columns,
-            turns,
-            found,
-        } = room;
-        let (from, into) = (&from[..LANES], &mut into[..LANES]);
-        for lane in 0..LANES {
-            for place in 0..3 {
-                columns[place][lane] = from[lane][place];
-            }
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let Self(own, from, into, room, _) = self;
+        if S::IS_SCALAR {
+            // Without vectors the core is as fast.
+            into.fill([N::nan(); WIDTH]);
+            return false;
         }
-        let width = size_of::<N::Many<S>>() / size_of::<N>();
-        let (zero, nan) = (Wide::<S, N>::all(simd, 0.0), Wide::all(simd, f64::NAN));
-        for arm in 0..3 {
-            for lane in (0..LANES).step_by(width) {
-                let these = lane..lane + width;
-                let from = Wide::load(simd, columns, these.clone());
-                let [sine, cosine] = kernel.turn(own, arm, from);
-                sine.store(&mut turns[arm][0][these.clone()]);
-                cosine.store(&mut turns[arm][1][these]);
-            }
+        if own.linear {
+            rows::<K, N, WIDTH, true>(own, from, into, room)
+        } else {
+            rows::<K, N, WIDTH, false>(own, from, into, room)
         }
-        let mut sum = zero;
-        for lane in (0..LANES).step_by(width) {
-            let these = lane..lane + width;
-            let [first, second, third] = &*turns;
-            let turns = [
-                Wide::load(simd, first, these.clone()),
-                Wide::load(simd, second, these.clone()),
-                Wide::load(simd, third, these.clone()),
-            ];
-            let from = Wide::load(simd, columns, these.clone());
-            let (mut columns, clear) = kernel.of(own, from, turns);
-            sum = sum.where_it(clear, nan);
-            // Marks the row.
-            columns[0] = columns[0].where_it(clear, nan);
-            for place in 0..WIDTH {
-                columns[place].store(&mut found[place][these.clone()]);
-            }
-        }
-        for lane in 0..LANES {
-            for place in 0..WIDTH {
-                into[lane][place] = found[place][lane];
-            }
-        }
-        !any_nan(sum)
     }
 }
 
-/// No kernel.
+#[inline(always)]
+fn rows<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
+    own: &Lanes<N>,
+    from: &[[N; 3]],
+    into: &mut [[N; WIDTH]],
+    room: &mut Room<N>,
+) -> bool {
+    let (from, into) = (&from[..LANES], &mut into[..LANES]);
+    let Room {
+        columns,
+        turns: [turns1, turns2, turns3],
+        found,
+    } = room;
+    for lane in 0..LANES {
+        for place in 0..3 {
+            columns[place][lane] = from[lane][place];
+        }
+    }
+    joints::<K, N, WIDTH, LINEAR>(own, 0, columns, turns1);
+    joints::<K, N, WIDTH, LINEAR>(own, 1, columns, turns2);
+    joints::<K, N, WIDTH, LINEAR>(own, 2, columns, turns3);
+    let mut all = true;
+    for lane in 0..LANES {
+        let from = [columns[0][lane], columns[1][lane], columns[2][lane]];
+        let turns = [
+            [turns1[0][lane], turns1[1][lane]],
+            [turns2[0][lane], turns2[1][lane]],
+            [turns3[0][lane], turns3[1][lane]],
+        ];
+        let (mut values, clear) = K::of::<N, LINEAR>(own, from, turns);
+        all &= clear;
+        values[0] = if clear { values[0] } else { N::nan() };
+        for place in 0..WIDTH {
+            found[place][lane] = values[place];
+        }
+    }
+    for lane in 0..LANES {
+        for place in 0..WIDTH {
+            into[lane][place] = found[place][lane];
+        }
+    }
+    all
+}
+
+#[inline(always)]
+fn joints<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
+    own: &Lanes<N>,
+    arm: usize,
+    columns: &[[N; LANES]; 3],
+    into: &mut [[N; LANES]; 2],
+) {
+    for lane in 0..LANES {
+        let from = [columns[0][lane], columns[1][lane], columns[2][lane]];
+        [into[0][lane], into[1][lane]] = K::turn::<N, LINEAR>(own, arm, from);
+    }
+}
+
+/// No pose is clear.
 pub(crate) enum Exact {}
 
 impl<const WIDTH: usize> Kernel<WIDTH> for Exact {
-    fn turn<S: Simd, N: Lane>(&self, _: &Lanes<N>, _: usize, _: [Wide<S, N>; 3]) -> Turn<S, N> {
-        match *self {}
-    }
-
-    fn of<S: Simd, N: Lane>(
-        &self,
+    #[inline(always)]
+    fn of<N: Lane, const LINEAR: bool>(
         _: &Lanes<N>,
-        _: [Wide<S, N>; 3],
-        _: [Turn<S, N>; 3],
-    ) -> ([Wide<S, N>; WIDTH], Which<S, N>) {
-        match *self {}
+        _: Vector<N>,
+        _: [Turn<N>; 3],
+    ) -> ([N; WIDTH], bool) {
+        ([N::nan(); WIDTH], false)
     }
 }
 
 /// Joints to positions.
-pub(crate) struct Forward;
+pub(crate) enum Forward {}
 
 impl Kernel<3> for Forward {
     #[inline(always)]
-    fn turn<S: Simd, N: Lane>(&self, own: &Lanes<N>, arm: usize, q: [Wide<S, N>; 3]) -> Turn<S, N> {
-        own.turn(q[arm])
-    }
-
-    #[inline(always)]
-    fn of<S: Simd, N: Lane>(
-        &self,
+    fn of<N: Lane, const LINEAR: bool>(
         own: &Lanes<N>,
-        q: [Wide<S, N>; 3],
-        turns: [Turn<S, N>; 3],
-    ) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let Poses { x, clear, .. } = own.poses(q, turns);
-        (x.0, clear)
+        q: Vector<N>,
+        turns: [Turn<N>; 3],
+    ) -> (Vector<N>, bool) {
+        let Pose { x, clear, .. } = own.pose(q, turns);
+        (x, clear)
     }
 }
 
 /// Positions to joints.
-pub(crate) struct Inverse;
+pub(crate) enum Inverse {}
 
 impl Kernel<3> for Inverse {
     #[inline(always)]
-    fn turn<S: Simd, N: Lane>(&self, own: &Lanes<N>, arm: usize, x: [Wide<S, N>; 3]) -> Turn<S, N> {
-        own.arms[arm].reach(Vectors(x), own.linear)
+    fn turn<N: Lane, const LINEAR: bool>(own: &Lanes<N>, arm: usize, x: Vector<N>) -> Turn<N> {
+        own.arms[arm].reach::<LINEAR>(x)
     }
 
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(
-        &self,
+    fn of<N: Lane, const LINEAR: bool>(
         own: &Lanes<N>,
-        x: [Wide<S, N>; 3],
-        turns: [Turn<S, N>; 3],
-    ) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let x = Vectors(x);
+        x: Vector<N>,
+        turns: [Turn<N>; 3],
+    ) -> (Vector<N>, bool) {
         let [arm1, arm2, arm3] = &own.arms;
-        let (w1, w2, w3) = (
-            x - arm1.elbow(turns[0]),
-            x - arm2.elbow(turns[1]),
-            x - arm3.elbow(turns[2]),
+        let b1 = arm1.elbow(turns[0]);
+        let (edge2, edge3) = (
+            less(arm2.elbow(turns[1]), b1),
+            less(arm3.elbow(turns[2]), b1),
         );
         // The platform hangs below the plane of the elbows.
-        let normal = (w1 - w2).cross(w1 - w3);
-        let depth = -w1.dot(normal).signed_by(normal.along(own.up));
-        let mut q = x.0;
+        let normal = cross(edge2, edge3);
+        let depth = dot(less(b1, x), normal).signed_by(dot(normal, own.up));
+        let mut q = x;
         for arm in 0..3 {
             let [sine, cosine] = turns[arm];
-            q[arm] = match own.linear {
-                true => sine,
-                false => sine.angle_of(cosine),
-            };
+            q[arm] = if LINEAR { sine } else { sine.angle_of(cosine) };
         }
-        let least = Wide::one(depth.0, arm1.lb * arm1.lb * arm1.lb) * N::CLEAR;
-        (q, depth.above(least) & own.within(q))
+        let least = arm1.lb * arm1.lb * arm1.lb * N::of(N::CLEAR);
+        (q, (depth > least) & own.within(q))
     }
 }
 
 /// Joints to the nine derivatives of positions, row by row.
-pub(crate) struct Derivatives;
+pub(crate) enum Derivatives {}
 
 impl Kernel<9> for Derivatives {
     #[inline(always)]
-    fn turn<S: Simd, N: Lane>(&self, own: &Lanes<N>, arm: usize, q: [Wide<S, N>; 3]) -> Turn<S, N> {
-        own.turn(q[arm])
-    }
-
-    #[inline(always)]
-    fn of<S: Simd, N: Lane>(
-        &self,
+    fn of<N: Lane, const LINEAR: bool>(
         own: &Lanes<N>,
-        q: [Wide<S, N>; 3],
-        turns: [Turn<S, N>; 3],
-    ) -> ([Wide<S, N>; 9], Which<S, N>) {
+        q: Vector<N>,
+        turns: [Turn<N>; 3],
+    ) -> ([N; 9], bool) {
         let [arm1, arm2, arm3] = &own.arms;
-        let Poses {
+        let Pose {
             forearms: [w1, w2, w3],
             clear,
             ..
-        } = own.poses(q, turns);
-        let (normal1, normal2, normal3) = (w2.cross(w3), w3.cross(w1), w1.cross(w2));
-        let volume = w1.dot(normal1);
-        let by1 = w1.dot(arm1.motion(turns[0], own.linear));
-        let by2 = w2.dot(arm2.motion(turns[1], own.linear));
-        let by3 = w3.dot(arm3.motion(turns[2], own.linear));
-        let most = Wide::one(volume.0, arm1.lb * arm2.lb * arm3.lb);
+        } = own.pose(q, turns);
+        let (normal1, normal2, normal3) = (cross(w2, w3), cross(w3, w1), cross(w1, w2));
+        let volume = dot(w1, normal1);
+        let by1 = dot(w1, arm1.motion::<LINEAR>(turns[0]));
+        let by2 = dot(w2, arm2.motion::<LINEAR>(turns[1]));
+        let by3 = dot(w3, arm3.motion::<LINEAR>(turns[2]));
+        let most = arm1.lb * arm2.lb * arm3.lb;
         let clear = clear
-            & volume.abs().above(most * N::CLEAR)
+            & (volume.size() > most * N::of(N::CLEAR))
             & arm1.moves(by1)
             & arm2.moves(by2)
             & arm3.moves(by3);
-        let inverse = Wide::all(volume.0, 1.0) / volume;
-        let (Vectors([x1, y1, z1]), Vectors([x2, y2, z2]), Vectors([x3, y3, z3])) = (
-            normal1 * (by1 * inverse),
-            normal2 * (by2 * inverse),
-            normal3 * (by3 * inverse),
-        );
-        ([x1, x2, x3, y1, y2, y3, z1, z2, z3], clear)
+        let inverse = N::of(1.0) / volume;
+        let (by1, by2, by3) = (by1 * inverse, by2 * inverse, by3 * inverse);
+        let mut found = [volume; 9];
+        for row in 0..3 {
+            found[3 * row] = normal1[row] * by1;
+            found[3 * row + 1] = normal2[row] * by2;
+            found[3 * row + 2] = normal3[row] * by3;
+        }
+        (found, clear)
     }
 }

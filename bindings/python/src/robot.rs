@@ -187,12 +187,12 @@ impl Robot {
     }
 
     /// Numbers of each row: of `q` joints, of `x` positions, in the type of the array.
-    fn each<'py, const WIDTH: usize>(
+    fn each<'py, K: Kernel<WIDTH>, const WIDTH: usize>(
         &self,
         (argument, given): (&str, &Bound<'py, PyAny>),
         shape: &[usize],
         errors: &str,
-        kernel: Option<(impl Kernel<WIDTH>, Lanes<f64>)>,
+        kernel: Option<Lanes<f64>>,
         compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], NoPose> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let raise = match errors {
@@ -207,10 +207,10 @@ impl Robot {
         if given.cast::<PyArrayDyn<f32>>().is_ok() {
             let rows = in_numpy(py, "rows", (argument, given, "float32"))?;
             let rows = (argument, &rows, angles);
-            return each_row::<f32, WIDTH, _>(py, rows, shape, raise, kernel, compute);
+            return each_row::<f32, WIDTH, K, _>(py, rows, shape, raise, kernel, compute);
         }
         let rows = self.vectors(argument, given)?;
-        each_row::<f64, WIDTH, _>(py, (argument, &rows, angles), shape, raise, kernel, compute)
+        each_row::<f64, WIDTH, K, _>(py, (argument, &rows, angles), shape, raise, kernel, compute)
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -454,8 +454,8 @@ impl Robot {
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, point) = (self.file.convention, self.point(target)?);
-        let kernel = Lanes::of(&self.file, &point).map(|own| (Forward, own));
-        self.each(("q", q), &[3], errors, kernel, |q| {
+        let kernel = Lanes::of(&self.file, &point);
+        self.each::<Forward, 3>(("q", q), &[3], errors, kernel, |q| {
             let q = convention.directed(q);
             let at = match point.parallelograms {
                 None => self.pose(&q)? + point.place,
@@ -490,8 +490,8 @@ impl Robot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let point = self.point(target)?;
-        let kernel = Lanes::of(&self.file, &point).map(|own| (Inverse, own));
-        self.each(("x", x), &[3], errors, kernel, |x| {
+        let kernel = Lanes::of(&self.file, &point);
+        self.each::<Inverse, 3>(("x", x), &[3], errors, kernel, |x| {
             let x = convention.vector(&Vector3::from(*x));
             let (q, platform) = point.joints(robot, &x)?;
             if outside(&self.file, &q) {
@@ -519,8 +519,8 @@ impl Robot {
     fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, errors: &str) -> PyResult<Bound<'py, PyAny>> {
         let convention = self.file.convention;
         let (sense, axes) = (convention.sense(), convention.axes());
-        let kernel = Lanes::of(&self.file, &self.point(None)?).map(|own| (Derivatives, own));
-        self.each(("q", q), &[3, 3], errors, kernel, |q| {
+        let kernel = Lanes::of(&self.file, &self.point(None)?);
+        self.each::<Derivatives, 9>(("q", q), &[3, 3], errors, kernel, |q| {
             let q = convention.directed(q);
             let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
             Ok(std::array::from_fn(|place| {
@@ -563,12 +563,12 @@ impl Robot {
             Ok::<_, NoPose>((x, q, at))
         };
         if !transmissions {
-            return self.each::<72>(("q", q), &[3, 24], errors, EXACT, |q| {
+            return self.each::<Exact, 72>(("q", q), &[3, 24], errors, None, |q| {
                 let (_, _, at) = by_parameters(q)?;
                 Ok(std::array::from_fn(|place| at(place / 24, place % 24)))
             });
         }
-        self.each::<117>(("q", q), &[3, 39], errors, EXACT, |q| {
+        self.each::<Exact, 117>(("q", q), &[3, 39], errors, None, |q| {
             let (x, q, at) = by_parameters(q)?;
             let more = robot.by_transmissions(&x, &q)?;
             Ok(std::array::from_fn(|place| {
@@ -591,7 +591,7 @@ impl Robot {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let (axes, signs) = (convention.axes(), convention.rods([1.0; 4]));
         let point = convention.vector(&Vector3::from(point));
-        self.each::<36>(("q", q), &[3, 12], "nan", EXACT, |q| {
+        self.each::<Exact, 36>(("q", q), &[3, 12], "nan", None, |q| {
             let q = convention.directed(q);
             let x = self.pose(&q)?;
             let Some(rods) = &self.file.parallelograms else {
@@ -733,9 +733,6 @@ pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
         .iter()
         .any(|own| *own < low - margin || *own > high + margin)
 }
-
-/// Every row is the core's.
-const EXACT: Option<(Exact, Lanes<f64>)> = None;
 
 /// Limits of a robot before its own are stated.
 const ANY_LIMITS: (f64, f64) = (-1.0, 1.0);

@@ -184,7 +184,7 @@ def export(
     target: str,
     nominal: Robot | None,
     x: Rows | None,
-    home: tuple[float, float, float] | None,
+    home: Array | None,
     height: float | None,
     limit: float | None,
 ) -> dict[str, Any]: ...

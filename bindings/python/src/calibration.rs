@@ -1,8 +1,7 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
 use crate::arrays::{array, hexadecimal, with_cores, with_cores_telling};
-use crate::errors::{calibrate_error, in_python, in_rows, input_error, value_error};
-
+use crate::errors::{calibrate_error, in_python, input_error, value_error};
 use crate::files::{bytes_of, loads, plain};
 use crate::printer::{configuration, included};
 use crate::robot::{Robot, parameters_of};
@@ -26,7 +25,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 pub(crate) struct Report(Form);
 
 enum Form {
-    OfRobot(Box<Calibrated>),
+    OfRobot(Box<Calibrated>, Samples),
     OfPrinter(Box<PrinterReport>),
     /// Text, JSON, HTML.
     Stored([String; 3]),
@@ -41,16 +40,16 @@ impl Report {
 #[pymethods]
 impl Report {
     fn text(&self) -> String {
-        plain(&match &self.0 {
-            Form::OfRobot(own) => own.to_text(),
-            Form::OfPrinter(own) => own.to_text(),
+        match &self.0 {
+            Form::OfRobot(own, samples) => samples.words(&own.to_text()),
+            Form::OfPrinter(own) => plain(&own.to_text()),
             Form::Stored([text, ..]) => text.clone(),
-        })
+        }
     }
 
     fn json(&self) -> String {
         match &self.0 {
-            Form::OfRobot(own) => own.to_json(),
+            Form::OfRobot(own, _) => own.to_json(),
             Form::OfPrinter(own) => own.to_json(),
             Form::Stored([_, json, _]) => json.clone(),
         }
@@ -58,7 +57,7 @@ impl Report {
 
     fn html(&self, py: Python<'_>) -> String {
         py.detach(|| match &self.0 {
-            Form::OfRobot(own) => own.to_html(),
+            Form::OfRobot(own, _) => own.to_html(),
             Form::OfPrinter(own) => own.to_html(),
             Form::Stored([.., html]) => html.clone(),
         })
@@ -228,9 +227,9 @@ impl Found<'_> {
             Some(_) => Robot::of_file(&self.robot.file, "")?,
         };
         dict.set_item("before", Py::new(py, before)?)?;
-        self::fill(&dict, &report, self.samples.in_arrays)?;
+        self::fill(&dict, &report, self.samples)?;
         let report = match printer {
-            None => Form::OfRobot(Box::new(report)),
+            None => Form::OfRobot(Box::new(report), self.samples.clone()),
             Some(printer) => {
                 let report = with_cores(py, || PrinterReport::of(printer, report.clone()))?;
                 let report = report.map_err(|error| calibrate_error(py, &error, false))?;
@@ -245,7 +244,7 @@ impl Found<'_> {
 }
 
 /// The figures of a report.
-fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, in_arrays: bool) -> PyResult<()> {
+fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, samples: &Samples) -> PyResult<()> {
     let py = dict.py();
     let (solution, before) = (&report.solution, &report.before);
     let unknowns = solution.unknowns(before);
@@ -272,7 +271,7 @@ fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, in_arrays: bool) -> PyRes
     dict.set_item("lines", lines)?;
     let values = [
         ("expected_error", json!(report.expected_error)),
-        ("findings", findings(report, in_arrays)),
+        ("findings", findings(report, samples)),
         ("frame", json!(report.sensor_frame)),
         ("method", json!(report.method)),
     ];
@@ -282,13 +281,10 @@ fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, in_arrays: bool) -> PyRes
     Ok(())
 }
 
-fn findings(report: &Calibrated, in_arrays: bool) -> Value {
+fn findings(report: &Calibrated, samples: &Samples) -> Value {
     let own = report.findings.iter().map(|own| {
         let mut own = own.clone();
-        own.text = in_python(&own.text);
-        if in_arrays {
-            own.text = in_rows(&own.text);
-        }
+        own.text = samples.words(&in_python(&own.text));
         own
     });
     json!(own.collect::<Vec<_>>())

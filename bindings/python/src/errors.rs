@@ -17,7 +17,7 @@ pyo3::create_exception!(
 );
 
 /// What the command's messages call its options.
-const WORDS: [(&str, &str); 14] = [
+const WORDS: [(&str, &str); 15] = [
     (
         "state zero_deg in [tolerance], how many degrees",
         "state zero, how many radians",
@@ -35,6 +35,7 @@ const WORDS: [(&str, &str); 14] = [
     ("--count", "count"),
     ("with --home", "with home"),
     ("with --for", "as target"),
+    ("in a column target", "in target"),
     ("--positions", "positions"),
     ("--limit", "limit"),
     ("--bed", "bed"),
@@ -62,6 +63,8 @@ pub(crate) fn type_error(argument: &str, cause: impl Display) -> PyErr {
 /// A message of arrays, whose rows have no lines.
 pub(crate) fn in_rows(text: &str) -> String {
     let words = [
+        // Headers stand at the right.
+        ("in line\n", " in row\n"),
         ("Line ", "Row "),
         ("line ", "row "),
         ("Lines ", "Rows "),

@@ -1,8 +1,8 @@
 //! Samples: files, frames and arrays as tables, which the reader of samples files reads.
 
 use crate::arrays::{array, hexadecimal};
-use crate::errors::{calibrate_error, input_error, value_error};
-use crate::files::bytes_of;
+use crate::errors::{calibrate_error, in_rows, input_error, value_error};
+use crate::files::{bytes_of, plain};
 use crate::robot::Robot;
 use delta_cal_host::files::columns::ColumnMapping;
 use delta_cal_host::files::input::Cells;
@@ -72,6 +72,12 @@ impl Samples {
             in_arrays: false,
             text,
         }
+    }
+
+    /// A text of these samples.
+    pub(crate) fn words(&self, text: &str) -> String {
+        let text = plain(text);
+        if self.in_arrays { in_rows(&text) } else { text }
     }
 
     /// Of a line: of arrays the index of its row.

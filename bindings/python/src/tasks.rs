@@ -1,6 +1,6 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
-use crate::arrays::{array, with_cores, with_cores_telling};
+use crate::arrays::{array, several, with_cores, with_cores_telling};
 use crate::calibration::{document, limit_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
 use crate::files::{loads, plain};
@@ -125,7 +125,7 @@ pub(crate) fn determined<'py>(
     let dict = PyDict::new(py);
     dict.set_item("csv", plan_report::csv(&found.next, &robot.file.convention))?;
     dict.set_item("report", loads(py, &plan_report::samples_json(&found))?)?;
-    dict.set_item("text", plain(&plan_report::samples_text(&found)))?;
+    dict.set_item("text", samples.words(&plan_report::samples_text(&found)))?;
     Ok(dict)
 }
 
@@ -170,7 +170,7 @@ pub(crate) fn validate<'py>(
     )?;
     dict.set_item("report", loads(py, &validation::json(&found, &document))?)?;
     dict.set_item("html", validation::certificate(&found, &document))?;
-    dict.set_item("text", plain(&validation::text(&found)))?;
+    dict.set_item("text", samples.words(&validation::text(&found)))?;
     Ok(dict)
 }
 
@@ -182,7 +182,7 @@ pub(crate) fn export<'py>(
     target: &str,
     nominal: Option<&Robot>,
     x: Option<&Bound<'py, PyAny>>,
-    home: Option<[f64; 3]>,
+    home: Option<&Bound<'py, PyAny>>,
     height: Option<f64>,
     limit: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -205,8 +205,9 @@ pub(crate) fn export<'py>(
             Some(inside.collect())
         }
     };
+    let home = home.map(|own| several("home", own, "the joints at the end stops"));
     let settings = Settings {
-        home,
+        home: home.transpose()?,
         height,
         limit,
         ..Settings::default()

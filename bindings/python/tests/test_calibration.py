@@ -304,6 +304,7 @@ def test_a_robust_fit_leaves_a_wrong_row_out(robot, measured):
     result = dc.calibrate(robot, q, wrong, robust=True)
     assert result.to_dict()["suspected_samples"] == [7]
     assert any("Row 7" in finding["text"] or "row 7" in finding["text"] for finding in result.findings)
+    assert "line 7" not in str(result).lower() and "in row" in str(result)
 
 
 def test_a_refusal_has_findings(robot, measured):
@@ -340,6 +341,7 @@ FAULTS = [
     (lambda q, x: (q, x), {"limit": -1}, "limit: "),
     (lambda q, x: (q, x), {"sigma": np.tile(np.ones((3, 3)), (40, 1, 1))}, "sigma: row 0 is no covariance"),
     (lambda q, x: (q, x), {"sigma": np.ones((39, 3))}, "sigma: 39 rows, and q has 40"),
+    (lambda q, x: (q, x), {"sigma": np.arange(40)}, "sigma: row 0: 0.0; an uncertainty above 0"),
     (lambda q, x: (q, x), {"method": "joint", "frame": "sensor"}, '(?s)method="joint".*method="fkm"'),
     (lambda q, x: (pd.DataFrame({"q1_deg": [1.0]}),), {}, "samples.*q2_deg"),
 ]

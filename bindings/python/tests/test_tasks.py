@@ -55,6 +55,26 @@ def test_a_plan_that_cannot_be(options, message, robot):
         dc.plan(robot, **options)
 
 
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda robot: dc.plan("robot.toml", 20), "robot: str"),
+        (lambda robot: dc.plan(robot, 20, within={"r": 200}), "within: dict"),
+        (lambda robot: dc.plan(robot, accuracy="fine"), "accuracy: str; a number"),
+        (lambda robot: dc.calibrate(robot, [[0, 0, 0]], [[0, 0, -400]], method=3), "method: int"),
+        (lambda robot: dc.validate(robot, [[0, 0, 0]], [[0, 0, -400]], limit="0.1"), "limit: str"),
+        (lambda robot: dc.export(robot, "klipper", home=3), "home: the joints"),
+        (lambda robot: dc.export(robot, "klipper", home="top"), "home: dtype"),
+        (lambda robot: dc.workspace(robot, tolerance="fine"), "tolerance: str"),
+        (lambda robot: dc.compare(robot, "robot.toml"), "after: str"),
+        (lambda robot: dc.simulate(robot, method=1), "method: int"),
+    ],
+)
+def test_an_argument_of_another_type_is_named(call, message, robot):
+    with pytest.raises((ValueError, TypeError), match=f"^{message}"):
+        call(robot)
+
+
 def test_from_a_data_sheet_to_a_validated_robot(robot, measured, tmp_path):
     made, q, x = measured
     rng = np.random.default_rng(3)
@@ -157,7 +177,7 @@ def test_what_rows_determine(robot, measured):
     few, many = (dc.determined(robot, {"q": q[:count], "x": x[:count]}) for count in (3, 40))
     errors = [own.to_dict()["expected_error"]["absolute_rms_mm"] for own in (few, many)]
     assert errors[1] == pytest.approx(dc.calibrate(robot, q, x).expected_error["absolute_rms_mm"], rel=0.2) and errors[0] > 3 * errors[1]
-    assert "rows 0, 1 and 2" in str(few).replace("lines", "rows") and "q1_deg" in few.csv
+    assert "rows 0, 1 and 2" in str(few) and "q1_deg" in few.csv
 
 
 def test_workspace_and_comparison(robot, measured):

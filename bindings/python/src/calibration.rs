@@ -265,10 +265,9 @@ fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, samples: &Samples) -> PyR
     let named = unknowns.iter().map(|own| (&own.name, own.unit, own.value));
     dict.set_item("unknowns", PyList::new(py, named)?)?;
     dict.set_item("residuals", residuals(py, report)?)?;
-    let lines = solution.readings.rows.iter().map(|row| row.line);
-    let lines = numpy::PyArray1::from_vec(py, lines.collect());
-    lines.call_method1("setflags", (false,))?;
-    dict.set_item("lines", lines)?;
+    let rows = &solution.readings.rows;
+    let lines = rows.iter().map(|row| row.line).collect();
+    dict.set_item("lines", array(py, lines, &[rows.len()])?)?;
     let values = [
         ("expected_error", json!(report.expected_error)),
         ("findings", findings(report, samples)),

@@ -16,14 +16,13 @@ pyo3::create_exception!(
      would explain the samples as a whole. `rows` lists the indices of the rows that they name (of a file, the lines)."
 );
 
-/// What the command's messages call its options.
-const WORDS: [(&str, &str); 15] = [
+/// What the command's messages call its options, where an argument is not called the same.
+const WORDS: [(&str, &str); 9] = [
     (
         "state zero_deg in [tolerance], how many degrees",
         "state zero, how many radians",
     ),
     ("--frame sensor", "frame=\"sensor\""),
-    ("--frame", "frame"),
     (
         "--method joint and ikm",
         "method=\"joint\" and method=\"ikm\"",
@@ -31,23 +30,31 @@ const WORDS: [(&str, &str); 15] = [
     ("--method fkm", "method=\"fkm\""),
     ("leave out --robust", "leave out robust"),
     ("--robust", "robust=True"),
-    ("--measure", "measure"),
-    ("--count", "count"),
-    ("with --home", "with home"),
     ("with --for", "as target"),
     ("in a column target", "in target"),
-    ("--positions", "positions"),
-    ("--limit", "limit"),
-    ("--bed", "bed"),
+    (
+        "name its contents with --columns",
+        "read_samples takes columns",
+    ),
 ];
 
-/// A message in the names of arguments.
+/// A message in the names of arguments; a command in it stays one.
 pub(crate) fn in_python(text: impl Display) -> String {
-    let mut text = text.to_string();
-    for (command, argument) in WORDS {
-        text = text.replace(command, argument);
+    let replaced =
+        |text: String, (command, argument): &(&str, &str)| text.replace(command, argument);
+    let text = WORDS.iter().fold(text.to_string(), replaced);
+    let mut parts = text.split("--");
+    let mut found = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let option = part.starts_with(|own: char| own.is_ascii_lowercase());
+        let command = found
+            .rsplit('`')
+            .next()
+            .is_some_and(|own| own.starts_with("delta-cal"));
+        found += if option && !command { "" } else { "--" };
+        found += part;
     }
-    text
+    found
 }
 
 /// An argument that cannot be used.

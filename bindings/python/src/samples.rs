@@ -159,8 +159,8 @@ impl Samples {
         found.set_item("x", array(py, x.collect(), &[count, 3])?)?;
         found.set_item("height", array(py, height.collect(), &[count])?)?;
         found.set_item("distance", array(py, distance.collect(), &[count])?)?;
-        let lines: Vec<u64> = rows.iter().map(|row| row.line).collect();
-        found.set_item("line", numpy::PyArray1::from_vec(py, lines))?;
+        let lines = rows.iter().map(|row| row.line).collect();
+        found.set_item("line", array(py, lines, &[count])?)?;
         Ok(found)
     }
 

@@ -21,7 +21,7 @@ use delta_cal_host::report::{
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
 use delta_cal_host::{Frame, InputText, Options, Planned};
-use numpy::{PyArray1, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -163,7 +163,7 @@ pub(crate) fn validate<'py>(
     dict.set_item("interval", found.rms_error.error.interval)?;
     dict.set_item("largest", found.largest_error.value)?;
     dict.set_item("confidence", found.rms_error.confidence_below_limit)?;
-    dict.set_item("deviations", PyArray1::<f64>::from_vec(py, deviations))?;
+    dict.set_item("deviations", array(py, deviations, &[found.rows.len()])?)?;
     dict.set_item(
         "warnings",
         found.warnings.iter().map(in_python).collect::<Vec<_>>(),

@@ -26,6 +26,7 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
     assert plan.q.shape == plan.x.shape and len(plan.q) >= 12
     np.testing.assert_allclose(robot.forward(plan.q), plan.x, atol=1e-9)
     assert (np.hypot(plan.x[:, 0], plan.x[:, 1]) <= 150 + 1e-9).all()
+    assert plan._repr_html_().startswith("<pre>") and "<table>" in robot._repr_html_()
     assert plan.expected_error["relative_rms_mm"] > 0 and "12" in repr(plan) and "\n" not in repr(plan)
     assert (dc.plan(robot, 12, seed=2).q != dc.plan(robot, 12).q).any() and "P01" in dc.plan(robot, 10, names="P").csv
     with pytest.raises(ValueError, match="read-only"):
@@ -85,6 +86,7 @@ def test_from_a_data_sheet_to_a_validated_robot(robot, measured, tmp_path):
     assert found.passed and found.verdict == "pass" and found.interval[1] < 0.1
     off = np.linalg.norm(seen - result.robot.forward(check), axis=1)
     np.testing.assert_allclose(found.deviations, off, atol=1e-9)
+    assert not found.deviations.flags.writeable and "<iframe" in found._repr_html_()
     failed = dc.validate(robot, check, seen, limit=0.1)
     assert failed.verdict == "fail" and found and not failed
     for ending in ("html", "json", "txt"):

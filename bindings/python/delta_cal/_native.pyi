@@ -184,7 +184,7 @@ def export(
     target: str,
     nominal: Robot | None,
     x: Rows | None,
-    home: Array | None,
+    home: Sequence[float] | None,
     height: float | None,
     limit: float | None,
 ) -> dict[str, Any]: ...

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _native
-from ._arrays import check, numbers, samples as samples_of
+from ._arrays import check, samples as samples_of
 from ._calibration import _warn, read, stated_of
 from ._native import Robot, Samples
 from ._pages import Told, in_frame, plain, written
+from ._stated import several
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -304,7 +305,7 @@ def export(
     check(Robot, robot=robot, nominal=nominal)
     check(str, target=target)
     check(Real, height=height, limit=limit)
-    joints = None if home is None else numbers("home", home)
+    joints = None if home is None else several("home", home, 3, "the joints at the end stops")
     return Export(**_native.export(robot, target, nominal, x, joints, height, limit))
 
 

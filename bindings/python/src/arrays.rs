@@ -28,38 +28,24 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Rows that one core takes at once.
 const CHUNK: usize = 2048;
 
+/// What is written in Python.
+pub(crate) fn in_python<'py, A: PyCallArgs<'py>>(
+    py: Python<'py>,
+    module: &str,
+    name: &str,
+    arguments: A,
+) -> PyResult<Bound<'py, PyAny>> {
+    py.import(format!("delta_cal.{module}"))?
+        .call_method1(name, arguments)
+}
+
 /// Python's part of this module.
 pub(crate) fn in_numpy<'py, A: PyCallArgs<'py>>(
     py: Python<'py>,
     name: &str,
     arguments: A,
 ) -> PyResult<Bound<'py, PyAny>> {
-    py.import("delta_cal._arrays")?
-        .call_method1(name, arguments)
-}
-
-/// Contiguous numbers of any shape; NaN where they are masked.
-pub(crate) fn numbers<'py>(
-    argument: &str,
-    given: &Bound<'py, PyAny>,
-) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    in_numpy(given.py(), "numbers", (argument, given))?.extract()
-}
-
-/// So many numbers.
-pub(crate) fn several<const N: usize>(
-    argument: &str,
-    given: &Bound<'_, PyAny>,
-    wanted: &str,
-) -> PyResult<[f64; N]> {
-    let array = numbers(argument, given)?;
-    let all = array.as_slice()?;
-    all.try_into().map_err(|_| {
-        value_error(
-            argument,
-            format!("{wanted} is needed, not {} numbers", all.len()),
-        )
-    })
+    in_python(py, "_arrays", name, arguments)
 }
 
 /// An array of this shape, for reading.

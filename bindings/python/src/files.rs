@@ -1,23 +1,11 @@
 //! What Python's own modules do: JSON and files.
 
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
 
 /// A text as Python's objects.
 pub(crate) fn loads<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (json,))
-}
-
-/// As JSON, arrays as lists.
-pub(crate) fn dumps<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    let py = value.py();
-    let options = PyDict::new(py);
-    options.set_item(
-        "default",
-        py.import("numpy")?.getattr("ndarray")?.getattr("tolist")?,
-    )?;
-    py.import("json")?
-        .call_method("dumps", (value,), Some(&options))
 }
 
 /// Without the colours of a terminal.

@@ -1,16 +1,13 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
-use crate::arrays::{array, each_row, hexadecimal, in_numpy, several};
-use crate::errors::{input_error, type_error, value_error};
-use crate::files::{bytes_of, dumps, loads, write};
+use crate::arrays::{array, each_row, hexadecimal, in_numpy};
+use crate::errors::{input_error, value_error};
+use crate::files::{bytes_of, loads, write};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
-use crate::stated::{
-    LARGEST_ZERO, Stated, arms_of, limits_of, merge, noise_of, not_degrees, tolerance_of,
-    with_transmissions,
-};
+use crate::stated::{Stated, arms_of, limits_of, merge, tolerance_of, with_transmissions};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{ArmIndex, Parameter, Robot as Geometry, SymmetricRobot};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot as Geometry, SymmetricRobot};
 use delta_cal_host::files::convention::{Convention, Three};
 use delta_cal_host::files::kinematics;
 use delta_cal_host::files::robot_file::Tool;
@@ -79,18 +76,10 @@ impl Robot {
     }
 
     /// With what is stated in its place.
-    pub(crate) fn with(&self, stated: Stated<'_>) -> PyResult<Self> {
+    pub(crate) fn with(&self, stated: Stated) -> PyResult<Self> {
         let mut file = self.file.clone();
-        let mut sections = serde_json::Map::new();
-        for (name, value) in stated.sections.iter() {
-            if !(value.is_none() || value.is_instance_of::<PyDict>()) {
-                let cause = "a dict is needed, of the keys that a robot file has in this section";
-                return Err(type_error(&name.extract::<String>()?, cause));
-            }
-            let json: String = dumps(&value)?.extract()?;
-            let value = serde_json::from_str(&json).unwrap_or(Value::Null);
-            sections.insert(name.extract()?, value);
-        }
+        let mut sections: serde_json::Map<String, Value> =
+            serde_json::from_str(&stated.sections).unwrap_or_default();
         // The numbers of the file are in it.
         if let Some(convention) = sections.remove("convention") {
             let mut all = serde_json::Map::new();
@@ -99,22 +88,22 @@ impl Robot {
         }
         let drive = file.robot.drive();
         if let Some(parameters) = &stated.parameters {
-            let arms = arms_of(&file.convention, parameters)?;
+            let arms = arms_of(&file.convention, parameters);
             let robot = file.robot.with_parameters(arms);
             file.robot = robot.map_err(|error| value_error("parameters", error))?;
         }
-        if let Some(transmissions) = &stated.transmissions {
+        if let Some(transmissions) = stated.transmissions {
             file.robot = with_transmissions(&file, transmissions)?;
         }
-        if let Some(limits) = &stated.limits {
-            let [low, high] = several("limits", limits, "(smallest, largest)")?;
+        if let Some([low, high]) = stated.limits {
             let (low, high) = file.convention.limits(low, high);
             file.limits = limits_of((low, high), drive)?;
         }
-        if let Some(noise) = &stated.noise {
-            file.noise = Some(noise_of(noise)?);
+        if let Some((position, joint)) = stated.noise {
+            let noise = Noise::by_axis(position, joint);
+            file.noise = Some(noise.map_err(|error| value_error("noise", error))?);
         }
-        if let Some(tolerance) = &stated.tolerance {
+        if let Some(tolerance) = stated.tolerance {
             file.tolerance = Some(tolerance_of(tolerance, &file)?);
         }
         if let Some(zero) = stated.zero {
@@ -124,7 +113,6 @@ impl Robot {
             let Some(tolerance) = file.tolerance else {
                 return Err(value_error("zero", "needs a tolerance as well"));
             };
-            not_degrees("zero", zero, LARGEST_ZERO)?;
             let with_zero = tolerance.with_joint_zero(zero);
             file.tolerance = Some(with_zero.map_err(|error| value_error("zero", error))?);
         }
@@ -302,10 +290,7 @@ impl Robot {
         let robot = robot.robot().map_err(|error| value_error("robot", error))?;
         let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
         file.platform_radius = Some(platform_radius);
-        Self::of_file(&file, "")?.with(Stated {
-            limits: Some(limits.clone()),
-            ..Stated::of(py, stated)?
-        })
+        Self::of_file(&file, "")?.with(Stated::of(py, stated, &[("limits", limits)])?)
     }
 
     /// A robot of its parameters.
@@ -339,7 +324,15 @@ impl Robot {
             "linear" => Drive::Linear,
             _ => return Err(value_error("drive", "\"rotary\" or \"linear\" is needed")),
         };
-        let arms = arms_of(&Convention::usual(drive), parameters)?;
+        let more = [("parameters", parameters), ("limits", limits)];
+        let stated = Stated::of(py, stated, &more)?;
+        let Some(parameters) = &stated.parameters else {
+            return Err(value_error(
+                "parameters",
+                "an array of shape (3, 8) is needed",
+            ));
+        };
+        let arms = arms_of(&Convention::usual(drive), parameters);
         let fault = |error| value_error("parameters", error);
         let robot = match drive {
             // Upper arms of 1 mm are the scales of linear drives.
@@ -365,11 +358,7 @@ impl Robot {
             }
         };
         let file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, drive)?);
-        Self::of_file(&file, "")?.with(Stated {
-            parameters: Some(parameters.clone()),
-            limits: Some(limits.clone()),
-            ..Stated::of(py, stated)?
-        })
+        Self::of_file(&file, "")?.with(stated)
     }
 
     /// Reads a robot file, with its convention, tolerance, noise and instruments.
@@ -427,7 +416,7 @@ impl Robot {
         text_signature = "(self, *, parameters=None, limits=None, transmissions=None, tolerance=None, zero=None, noise=None, **sections)"
     )]
     fn replace<'py>(&self, py: Python<'py>, stated: Option<&Bound<'py, PyDict>>) -> PyResult<Self> {
-        self.with(Stated::of(py, stated)?)
+        self.with(Stated::of(py, stated, &[])?)
     }
 
     /// Positions of the platform point, or of a target.

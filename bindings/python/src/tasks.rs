@@ -1,6 +1,6 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
-use crate::arrays::{array, several, with_cores, with_cores_telling};
+use crate::arrays::{array, with_cores, with_cores_telling};
 use crate::calibration::{document, limit_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
 use crate::files::{loads, plain};
@@ -182,7 +182,7 @@ pub(crate) fn export<'py>(
     target: &str,
     nominal: Option<&Robot>,
     x: Option<&Bound<'py, PyAny>>,
-    home: Option<&Bound<'py, PyAny>>,
+    home: Option<[f64; 3]>,
     height: Option<f64>,
     limit: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -205,9 +205,8 @@ pub(crate) fn export<'py>(
             Some(inside.collect())
         }
     };
-    let home = home.map(|own| several("home", own, "the joints at the end stops"));
     let settings = Settings {
-        home: home.transpose()?,
+        home,
         height,
         limit,
         ..Settings::default()

@@ -1,6 +1,7 @@
 //! Rows of numbers to arrays, on all cores, and what identifies them. `delta_cal/_arrays.py` prepares the arguments.
 
 use crate::errors::value_error;
+use crate::files::call_python;
 use crate::lanes::{Kernel, LANES, Lanes, Room, fill as fill_lanes};
 use crate::wide::Lane;
 use delta_cal_host::halt::{self, Halt, Halted};
@@ -28,24 +29,13 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Rows that one core takes at once.
 const CHUNK: usize = 2048;
 
-/// What is written in Python.
-pub(crate) fn in_python<'py, A: PyCallArgs<'py>>(
-    py: Python<'py>,
-    module: &str,
-    name: &str,
-    arguments: A,
-) -> PyResult<Bound<'py, PyAny>> {
-    py.import(format!("delta_cal.{module}"))?
-        .call_method1(name, arguments)
-}
-
 /// Python's part of this module.
 pub(crate) fn in_numpy<'py, A: PyCallArgs<'py>>(
     py: Python<'py>,
     name: &str,
     arguments: A,
 ) -> PyResult<Bound<'py, PyAny>> {
-    in_python(py, "_arrays", name, arguments)
+    call_python(py, "_arrays", name, arguments)
 }
 
 /// An array of this shape, for reading.

@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, hexadecimal, with_cores, with_cores_telling};
 use crate::errors::{calibrate_error, in_python, input_error, value_error};
-use crate::files::{bytes_of, loads, plain};
+use crate::files::{bytes_of, dict, loads, plain};
 use crate::printer::{configuration, included};
 use crate::robot::{Robot, parameters_of};
 use crate::samples::{Again, Samples};
@@ -218,7 +218,7 @@ impl Found<'_> {
         digest.update(self.robot.fingerprint());
         digest.update(self.samples.fingerprint());
         digest.update(self.options);
-        let dict = PyDict::new(py);
+        let dict = figures(py, &report, self.samples)?;
         dict.set_item("fingerprint", hexadecimal(digest.finalize()))?;
         let after = Robot::of_file(&report.after, &comment(&report, self.readings))?;
         dict.set_item("robot", Py::new(py, after)?)?;
@@ -227,7 +227,6 @@ impl Found<'_> {
             Some(_) => Robot::of_file(&self.robot.file, "")?,
         };
         dict.set_item("before", Py::new(py, before)?)?;
-        self::fill(&dict, &report, self.samples)?;
         let report = match printer {
             None => Form::OfRobot(Box::new(report), self.samples.clone()),
             Some(printer) => {
@@ -244,15 +243,16 @@ impl Found<'_> {
 }
 
 /// The figures of a report.
-fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, samples: &Samples) -> PyResult<()> {
-    let py = dict.py();
+fn figures<'py>(
+    py: Python<'py>,
+    report: &Calibrated,
+    samples: &Samples,
+) -> PyResult<Bound<'py, PyDict>> {
     let (solution, before) = (&report.solution, &report.before);
     let unknowns = solution.unknowns(before);
     let parameters = parameters_of(py, &solution.robot, &before.convention)?;
-    dict.set_item("parameters", parameters)?;
     let covariance = &solution.covariance;
     let sigma = (0..24).map(|place| covariance[(place, place)].sqrt());
-    dict.set_item("sigma", array(py, sigma.collect(), &[3, 8])?)?;
     let size = unknowns.len();
     let stated = |place: usize| {
         let (row, column) = (place / size, place % size);
@@ -261,23 +261,22 @@ fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, samples: &Samples) -> PyR
         unknowns[row].sign * unknowns[column].sign * own
     };
     let all = (0..size * size).map(stated).collect();
-    dict.set_item("covariance", array(py, all, &[size, size])?)?;
     let named = unknowns.iter().map(|own| (&own.name, own.unit, own.value));
-    dict.set_item("unknowns", PyList::new(py, named)?)?;
-    dict.set_item("residuals", residuals(py, report)?)?;
     let rows = &solution.readings.rows;
     let lines = rows.iter().map(|row| row.line).collect();
-    dict.set_item("lines", array(py, lines, &[rows.len()])?)?;
-    let values = [
-        ("expected_error", json!(report.expected_error)),
-        ("findings", findings(report, samples)),
-        ("frame", json!(report.sensor_frame)),
-        ("method", json!(report.method)),
-    ];
-    for (name, value) in values {
-        dict.set_item(name, loads(py, &value.to_string())?)?;
-    }
-    Ok(())
+    let json = |value: Value| loads(py, &value.to_string());
+    Ok(dict!(py,
+        "parameters": parameters,
+        "sigma": array(py, sigma.collect(), &[3, 8])?,
+        "covariance": array(py, all, &[size, size])?,
+        "unknowns": PyList::new(py, named)?,
+        "residuals": residuals(py, report)?,
+        "lines": array(py, lines, &[rows.len()])?,
+        "expected_error": json(json!(report.expected_error))?,
+        "findings": json(findings(report, samples))?,
+        "frame": json(json!(report.sensor_frame))?,
+        "method": json(json!(report.method))?,
+    ))
 }
 
 fn findings(report: &Calibrated, samples: &Samples) -> Value {

@@ -1,7 +1,19 @@
 //! What Python's own modules do: JSON and files.
 
+use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+
+/// What is written in Python.
+pub(crate) fn call_python<'py, A: PyCallArgs<'py>>(
+    py: Python<'py>,
+    module: &str,
+    name: &str,
+    arguments: A,
+) -> PyResult<Bound<'py, PyAny>> {
+    py.import(format!("delta_cal.{module}"))?
+        .call_method1(name, arguments)
+}
 
 /// A text as Python's objects.
 pub(crate) fn loads<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
@@ -26,6 +38,17 @@ pub(crate) fn bytes_of(path: &Bound<'_, PyAny>) -> PyResult<(String, Vec<u8>)> {
         path.call_method0("read_bytes")?.extract()?,
     ))
 }
+
+/// The fields of a result.
+macro_rules! dict {
+    ($py:expr, $($name:literal: $value:expr),+ $(,)?) => {{
+        let dict = pyo3::types::PyDict::new($py);
+        $(dict.set_item($name, $value)?;)+
+        dict
+    }};
+}
+
+pub(crate) use dict;
 
 /// Writes a text; an error has its path and number.
 pub(crate) fn write(path: &Bound<'_, PyAny>, text: &str) -> PyResult<()> {

@@ -59,8 +59,6 @@ mod _native {
     #[pymodule_export]
     use crate::calibration::{Report, calibrate, calibrate_printer, report_of_texts};
     #[pymodule_export]
-    use crate::errors::Refused;
-    #[pymodule_export]
     use crate::robot::{Robot, robot_of_text};
     #[pymodule_export]
     use crate::samples::{Samples, read_samples, samples_of_bytes, samples_of_columns};

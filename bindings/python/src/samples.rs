@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, hexadecimal};
 use crate::errors::{calibrate_error, in_rows, input_error, value_error};
-use crate::files::{bytes_of, plain};
+use crate::files::{bytes_of, dict, plain};
 use crate::robot::Robot;
 use delta_cal_host::files::columns::ColumnMapping;
 use delta_cal_host::files::input::Cells;
@@ -154,14 +154,14 @@ impl Samples {
         let number = |own: Option<f64>| own.unwrap_or(f64::NAN);
         let height = rows.iter().map(|row| number(row.value.read()[3]));
         let distance = rows.iter().map(|row| number(row.value.read()[4]));
-        let found = PyDict::new(py);
-        found.set_item("q", array(py, q.collect(), &[count, 3])?)?;
-        found.set_item("x", array(py, x.collect(), &[count, 3])?)?;
-        found.set_item("height", array(py, height.collect(), &[count])?)?;
-        found.set_item("distance", array(py, distance.collect(), &[count])?)?;
         let lines = rows.iter().map(|row| row.line).collect();
-        found.set_item("line", array(py, lines, &[count])?)?;
-        Ok(found)
+        Ok(dict!(py,
+            "q": array(py, q.collect(), &[count, 3])?,
+            "x": array(py, x.collect(), &[count, 3])?,
+            "height": array(py, height.collect(), &[count])?,
+            "distance": array(py, distance.collect(), &[count])?,
+            "line": array(py, lines, &[count])?,
+        ))
     }
 
     /// The name of the file.

@@ -1,7 +1,7 @@
 //! What is stated of a robot: arguments, which `delta_cal/_stated.py` prepares, to what its file holds.
 
-use crate::arrays::in_python;
 use crate::errors::value_error;
+use crate::files::call_python;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, Transmission};
 use delta_cal::{Parameter, Robot as Geometry, Tolerance};
@@ -48,7 +48,7 @@ impl Stated {
         for (name, own) in more {
             all.set_item(name, own)?;
         }
-        in_python(py, "_stated", "stated", (all,))?.extract()
+        call_python(py, "_stated", "stated", (all,))?.extract()
     }
 }
 

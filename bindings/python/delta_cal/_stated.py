@@ -63,14 +63,16 @@ def _noise(given: Any) -> Any:
     """σ of each coordinate, and of a joint."""
     if given is None:
         return None
+    wanted = "noise: (position, joint) is needed: standard uncertainties in mm and radians"
     try:
         position, joint = given
-        joint, axes = float(joint), numbers("noise", position).ravel().tolist()
+        axes = numbers("noise", position).ravel().tolist()
+        own = float(joint)
     except (TypeError, ValueError):
-        axes = []
+        raise ValueError(wanted) from None
     if len(axes) not in (1, 3):
-        raise ValueError("noise: (position, joint) is needed: standard uncertainties in mm and radians")
-    return (axes * 3)[:3], joint
+        raise ValueError(wanted)
+    return (axes * 3)[:3], own
 
 
 def _not_degrees(argument: str, angle: float, largest: float) -> None:

@@ -330,11 +330,14 @@ fn rows<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
             found[place][lane] = values[place];
         }
     }
+    // Copied as a whole: memory takes long stores faster.
+    let mut rows = [[N::default(); WIDTH]; LANES];
     for lane in 0..LANES {
         for place in 0..WIDTH {
-            into[lane][place] = found[place][lane];
+            rows[lane][place] = found[place][lane];
         }
     }
+    into.copy_from_slice(&rows);
     all
 }
 

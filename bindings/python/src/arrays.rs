@@ -1,4 +1,4 @@
-//! Rows of numbers to arrays, on all cores, and what identifies them. `delta_cal/_arrays.py` prepares the arguments.
+//! Rows of numbers to arrays, on all cores. `delta_cal/_arrays.py` prepares the arguments.
 
 use crate::errors::value_error;
 use crate::files::call_python;
@@ -17,7 +17,7 @@ use rayon::slice::{ParallelSlice, ParallelSliceMut};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
 use std::f64::consts::TAU;
-use std::fmt::{Display, Write};
+use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -64,7 +64,7 @@ pub(crate) fn each_row<
     (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],
     raise: bool,
-    kernel: Option<Lanes<f64>>,
+    kernel: Option<Lanes<N>>,
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
     let given: PyReadonlyArrayDyn<'py, N> = rows.extract()?;
@@ -81,7 +81,6 @@ pub(crate) fn each_row<
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
     let kernel = kernel.filter(|_| from.len() >= LANES);
-    let kernel = kernel.map(|robot| robot.rounded::<N>());
     // Joints that the kernel finds clear are within the limits.
     let degrees = AtomicBool::new(false);
     let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
@@ -226,13 +225,4 @@ fn cores() -> PyResult<Arc<ThreadPool>> {
     // The pool of the parent process has no threads here that could be told to end.
     std::mem::forget(pool.replace((process, Arc::clone(&new))));
     Ok(new)
-}
-
-/// A digest in hexadecimal digits.
-pub(crate) fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
-    let mut digits = String::with_capacity(64);
-    for byte in digest.as_ref() {
-        let _ = write!(digits, "{byte:02x}");
-    }
-    digits
 }

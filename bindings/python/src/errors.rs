@@ -52,6 +52,15 @@ pub(crate) fn value_error(argument: &str, cause: impl Display) -> PyErr {
     PyValueError::new_err(format!("{argument}: {cause}"))
 }
 
+/// A length above 0.
+pub(crate) fn length(argument: &str, own: f64) -> PyResult<f64> {
+    if own > 0.0 && own.is_finite() {
+        return Ok(own);
+    }
+    let cause = format!("{own}; a length above 0 mm is needed");
+    Err(value_error(argument, cause))
+}
+
 /// A message of arrays, whose rows have no lines.
 pub(crate) fn in_rows(text: &str) -> String {
     let words = [

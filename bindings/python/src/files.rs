@@ -1,5 +1,6 @@
 //! What Python's own modules do: JSON and files.
 
+use delta_cal_host::InputText;
 use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -37,6 +38,11 @@ pub(crate) fn bytes_of(path: &Bound<'_, PyAny>) -> PyResult<(String, Vec<u8>)> {
         path.str()?.to_string(),
         path.call_method0("read_bytes")?.extract()?,
     ))
+}
+
+/// SHA-256, 64 hexadecimal digits.
+pub(crate) fn sha256(text: &str) -> String {
+    InputText::new("", text).sha256().to_owned()
 }
 
 /// The fields of a result.

@@ -54,36 +54,27 @@ struct ArmNumbers<N> {
     offset: N,
 }
 
+fn numbers<N: Lane>(vector: Vector3<f64>) -> Vector<N> {
+    <[f64; 3]>::from(vector).map(N::of)
+}
+
 /// Sine and cosine of a joint; of a linear drive the travel and 0.
 type Turn<N> = [N; 2];
 
-impl ArmNumbers<f64> {
+impl<N: Lane> ArmNumbers<N> {
     fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>) -> Self {
         let (basis, sense) = (arm.basis(), convention.sense());
         let (speed, lb) = (basis.v.norm(), arm.lb());
         Self {
-            d: convention.vector(&(arm.d() + place)).into(),
-            u: convention.vector(&basis.u).into(),
-            v: convention.vector(&(basis.v * sense)).into(),
-            lb,
-            speed: speed * sense,
-            offset: (speed * speed - lb * lb) / 2.0,
+            d: numbers(convention.vector(&(arm.d() + place))),
+            u: numbers(convention.vector(&basis.u)),
+            v: numbers(convention.vector(&(basis.v * sense))),
+            lb: N::of(lb),
+            speed: N::of(speed * sense),
+            offset: N::of((speed * speed - lb * lb) / 2.0),
         }
     }
 
-    fn rounded<N: Lane>(&self) -> ArmNumbers<N> {
-        ArmNumbers {
-            d: self.d.map(N::of),
-            u: self.u.map(N::of),
-            v: self.v.map(N::of),
-            lb: N::of(self.lb),
-            speed: N::of(self.speed),
-            offset: N::of(self.offset),
-        }
-    }
-}
-
-impl<N: Lane> ArmNumbers<N> {
     #[inline(always)]
     fn elbow(&self, [sine, cosine]: Turn<N>) -> Vector<N> {
         sum(self.d, (self.u, cosine), (self.v, sine))
@@ -136,7 +127,7 @@ struct Pose<N> {
     clear: bool,
 }
 
-impl Lanes<f64> {
+impl<N: Lane> Lanes<N> {
     /// `None` of transmissions and of a platform that tilts.
     pub(crate) fn of(file: &RobotFile, point: &Tool) -> Option<Self> {
         let arms = file.robot.arms();
@@ -159,23 +150,12 @@ impl Lanes<f64> {
             arms: arms
                 .each_ref()
                 .map(|own| ArmNumbers::of(own, &file.convention, &point.place)),
-            up: file.convention.vector(&file.robot.up()).into(),
+            up: numbers(file.convention.vector(&file.robot.up())),
             linear: file.robot.drive() == Drive::Linear,
-            range: [f64::midpoint(low, high), (high - low) / 2.0],
+            range: [f64::midpoint(low, high), (high - low) / 2.0].map(N::of),
         })
     }
 
-    pub(crate) fn rounded<N: Lane>(&self) -> Lanes<N> {
-        Lanes {
-            arms: self.arms.each_ref().map(ArmNumbers::rounded),
-            up: self.up.map(N::of),
-            linear: self.linear,
-            range: self.range.map(N::of),
-        }
-    }
-}
-
-impl<N: Lane> Lanes<N> {
     /// Whether the joints are within the limits.
     #[inline(always)]
     fn within(&self, [q1, q2, q3]: Vector<N>) -> bool {

@@ -2,10 +2,11 @@
 //!
 //! ```text
 //! errors       refusals and faults as Python exceptions
-//! wide         numbers of several rows, computed in one instruction
-//! lanes        kinematics of many rows at once
+//! wide         numbers and vectors of formulas without branches
+//! lanes        kinematics of many rows at once, in vector instructions
 //! arrays       rows of numbers to arrays; the cores
-//! files        JSON, files, a printer's configuration
+//! files        JSON, files, what is written in Python
+//! printer      the files of a printer's configuration
 //! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays
 //! samples      the class Samples: files, or columns of arrays and frames

@@ -1,8 +1,8 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
-use crate::arrays::{array, each_row, hexadecimal, in_numpy};
-use crate::errors::{input_error, value_error};
-use crate::files::{bytes_of, loads, write};
+use crate::arrays::{array, each_row, in_numpy};
+use crate::errors::{input_error, length, value_error};
+use crate::files::{bytes_of, loads, sha256, write};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
 use crate::stated::{Stated, arms_of, limits_of, merge, tolerance_of, with_transmissions};
 use delta_cal::kinematics::KinematicsError;
@@ -18,7 +18,6 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::fmt;
 
 /// A Delta robot: geometry, joint limits, convention, tolerance, noise.
@@ -34,6 +33,7 @@ use std::fmt;
 /// >>> robot.forward([[0.1, 0.2, 0.3]]).round(1).tolist()
 /// [[26.2, 14.9, -412.4]]
 #[pyclass(frozen, eq, hash, module = "delta_cal")]
+#[derive(Clone)]
 pub(crate) struct Robot {
     pub(crate) file: RobotFile,
     /// The robot file.
@@ -118,7 +118,7 @@ impl Robot {
         }
         let same = file == self.file;
         let own = if same {
-            self.same()
+            self.clone()
         } else {
             Self::of_file(&file, "")?
         };
@@ -126,14 +126,6 @@ impl Robot {
             Ok(own)
         } else {
             own.merged(sections)
-        }
-    }
-
-    pub(crate) fn same(&self) -> Self {
-        let Self { file, source } = self;
-        Self {
-            file: file.clone(),
-            source: source.clone(),
         }
     }
 
@@ -180,7 +172,7 @@ impl Robot {
         (argument, given): (&str, &Bound<'py, PyAny>),
         shape: &[usize],
         errors: &str,
-        kernel: Option<Lanes<f64>>,
+        point: Option<&Tool>,
         compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], NoPose> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let raise = match errors {
@@ -195,10 +187,24 @@ impl Robot {
         if given.cast::<PyArrayDyn<f32>>().is_ok() {
             let rows = in_numpy(py, "rows", (argument, given, "float32"))?;
             let rows = (argument, &rows, angles);
-            return each_row::<f32, WIDTH, K, _>(py, rows, shape, raise, kernel, compute);
+            return each_row::<f32, WIDTH, K, _>(
+                py,
+                rows,
+                shape,
+                raise,
+                point.and_then(|own| Lanes::of(&self.file, own)),
+                compute,
+            );
         }
         let rows = self.vectors(argument, given)?;
-        each_row::<f64, WIDTH, K, _>(py, (argument, &rows, angles), shape, raise, kernel, compute)
+        each_row::<f64, WIDTH, K, _>(
+            py,
+            (argument, &rows, angles),
+            shape,
+            raise,
+            point.and_then(|own| Lanes::of(&self.file, own)),
+            compute,
+        )
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -269,23 +275,11 @@ impl Robot {
         limits: &Bound<'py, PyAny>,
         stated: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
-        let lengths = [
-            ("base_radius", base_radius),
-            ("platform_radius", platform_radius),
-            ("upper_arm", upper_arm),
-            ("forearm", forearm),
-        ];
-        for (name, length) in lengths {
-            if !(length > 0.0 && length.is_finite()) {
-                let cause = format!("{length}; a length above 0 mm is needed");
-                return Err(value_error(name, cause));
-            }
-        }
         let robot = SymmetricRobot {
-            base_radius,
-            platform_radius,
-            upper_arm,
-            forearm,
+            base_radius: length("base_radius", base_radius)?,
+            platform_radius: length("platform_radius", platform_radius)?,
+            upper_arm: length("upper_arm", upper_arm)?,
+            forearm: length("forearm", forearm)?,
         };
         let robot = robot.robot().map_err(|error| value_error("robot", error))?;
         let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
@@ -443,8 +437,7 @@ impl Robot {
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, point) = (self.file.convention, self.point(target)?);
-        let kernel = Lanes::of(&self.file, &point);
-        self.each::<Forward, 3>(("q", q), &[3], errors, kernel, |q| {
+        self.each::<Forward, 3>(("q", q), &[3], errors, Some(&point), |q| {
             let q = convention.directed(q);
             let at = match point.parallelograms {
                 None => self.pose(&q)? + point.place,
@@ -479,8 +472,7 @@ impl Robot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let point = self.point(target)?;
-        let kernel = Lanes::of(&self.file, &point);
-        self.each::<Inverse, 3>(("x", x), &[3], errors, kernel, |x| {
+        self.each::<Inverse, 3>(("x", x), &[3], errors, Some(&point), |x| {
             let x = convention.vector(&Vector3::from(*x));
             let (q, platform) = point.joints(robot, &x)?;
             if outside(&self.file, &q) {
@@ -508,8 +500,8 @@ impl Robot {
     fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, errors: &str) -> PyResult<Bound<'py, PyAny>> {
         let convention = self.file.convention;
         let (sense, axes) = (convention.sense(), convention.axes());
-        let kernel = Lanes::of(&self.file, &self.point(None)?);
-        self.each::<Derivatives, 9>(("q", q), &[3, 3], errors, kernel, |q| {
+        let point = self.point(None)?;
+        self.each::<Derivatives, 9>(("q", q), &[3, 3], errors, Some(&point), |q| {
             let q = convention.directed(q);
             let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
             Ok(std::array::from_fn(|place| {
@@ -684,7 +676,7 @@ impl Robot {
     /// SHA-256 of all that the file says, 64 hexadecimal digits.
     #[getter]
     pub(crate) fn fingerprint(&self) -> String {
-        hexadecimal(Sha256::digest(self.file.to_toml("")))
+        sha256(&self.file.to_toml(""))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String))> {

@@ -1,8 +1,8 @@
 //! Samples: files, frames and arrays as tables, which the reader of samples files reads.
 
-use crate::arrays::{array, hexadecimal};
+use crate::arrays::array;
 use crate::errors::{calibrate_error, in_rows, input_error, value_error};
-use crate::files::{bytes_of, dict, plain};
+use crate::files::{bytes_of, dict, plain, sha256};
 use crate::robot::Robot;
 use delta_cal_host::files::columns::ColumnMapping;
 use delta_cal_host::files::input::Cells;
@@ -11,7 +11,6 @@ use nalgebra::{Matrix3, Vector3};
 use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use sha2::{Digest, Sha256};
 
 /// A table's header and first line.
 const ABOVE: u64 = 2;
@@ -179,14 +178,10 @@ impl Samples {
     /// SHA-256 of the contents, 64 hexadecimal digits.
     #[getter]
     pub(crate) fn fingerprint(&self) -> String {
-        let mut digest = Sha256::new();
-        digest.update(self.text.sha256());
-        digest.update(self.text.beside().map_or("", InputText::sha256));
-        digest.update(self.columns.as_deref().unwrap_or_default());
-        for own in self.shapes.iter().flatten().flat_map(|own| own.iter()) {
-            digest.update(own.to_le_bytes());
-        }
-        hexadecimal(digest.finalize())
+        let beside = self.text.beside().map_or("", InputText::sha256);
+        let (own, columns) = (self.text.sha256(), self.columns.as_deref());
+        let shapes: Vec<_> = self.shapes.iter().flatten().collect();
+        sha256(&format!("{own}{beside}{columns:?}{shapes:?}"))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Again<'py, Parts<'py>>> {

@@ -1,8 +1,8 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
 use crate::arrays::{array, with_cores, with_cores_telling};
-use crate::calibration::{document, limit_of};
-use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
+use crate::calibration::document;
+use crate::errors::{calibrate_error, in_python, input_error, length, refusal, value_error};
 use crate::files::{dict, loads, plain};
 use crate::printer::{configuration, included};
 use crate::robot::Robot;
@@ -138,7 +138,7 @@ pub(crate) fn validate<'py>(
     limit: f64,
     frame: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let limit = limit_of(limit)?;
+    let limit = length("limit", limit)?;
     let stored = frame == "stored";
     let request = Request {
         limit,
@@ -270,12 +270,8 @@ pub(crate) fn workspace<'py>(
     tolerance: f64,
     spacing: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    for (name, length) in [("tolerance", Some(tolerance)), ("spacing", spacing)] {
-        if let Some(length) = length.filter(|own| !(*own > 0.0 && own.is_finite())) {
-            let cause = format!("{length}; a length above 0 mm is needed");
-            return Err(value_error(name, cause));
-        }
-    }
+    length("tolerance", tolerance)?;
+    spacing.map(|own| length("spacing", own)).transpose()?;
     let options = Resolution { tolerance, spacing };
     let found = with_cores(py, || Analysis::compute(&robot.file, &options, &mut |_| {}))?;
     let found = found

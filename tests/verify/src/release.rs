@@ -178,6 +178,7 @@ empty
 "$python" -m mypy --strict "$root/bindings/python/examples"
 "$python" -m mypy --strict --package delta_cal
 "$python" -m mypy.stubtest --concise delta_cal
+"$python" -m pyright --pythonpath "$python" "$root/bindings/python/delta_cal"
 "$python" "$root/bindings/python/examples/laboratory.py"
 "$python" "$root/bindings/python/examples/circles.py"
 "$python" "$root/bindings/python/examples/cluster.py" 500 2

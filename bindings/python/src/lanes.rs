@@ -99,7 +99,10 @@ impl<N: Lane> ArmNumbers<N> {
     #[inline(always)]
     fn reach<const LINEAR: bool>(&self, x: Vector<N>) -> Turn<N> {
         let long = self.lb * self.lb;
-        let least = long * N::of(N::CLEAR * N::CLEAR);
+        let (least, nearly) = (
+            N::of(N::CLEAR * N::CLEAR),
+            N::of(0.01 * N::CLEAR * N::CLEAR),
+        );
         let w = less(x, self.d);
         let (a, b) = (dot(w, self.u), dot(w, self.v));
         if LINEAR {
@@ -107,7 +110,14 @@ impl<N: Lane> ArmNumbers<N> {
             let beside = times(self.v, -along, w);
             let root = long - dot(beside, beside);
             let travel = along + root.root() / self.speed;
-            return [if root > least { travel } else { N::nan() }, N::default()];
+            return [
+                if root > long * least {
+                    travel
+                } else {
+                    N::nan()
+                },
+                N::default(),
+            ];
         }
         let c = dot(w, w).times(N::of(0.5), self.offset);
         // From the joint's axis in its plane.
@@ -116,7 +126,8 @@ impl<N: Lane> ArmNumbers<N> {
         let (s, inverse) = (root.root().signed_by(self.speed), N::of(1.0) / squared);
         let sine = b.times(c, -(a * s)) * inverse;
         let cosine = a.times(c, b * s) * inverse;
-        [if root > least { sine } else { N::nan() }, cosine]
+        let clear = root > squared * nearly;
+        [if clear { sine } else { N::nan() }, cosine]
     }
 }
 

@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Mapping
 from importlib import import_module
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +42,13 @@ def numbers(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
     if hasattr(array, "filled"):
         array = array.astype(dtype).filled(np.nan)
     return np.ascontiguousarray(array, dtype)
+
+
+def check(kind: Any, **given: Any) -> None:
+    """Whether arguments that are given are of a type."""
+    for name, value in given.items():
+        if value is not None and not isinstance(value, kind):
+            raise TypeError(f"{name}: {type(value).__name__}; a {'number' if kind is Real else kind.__name__} is needed")
 
 
 def rows(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
@@ -129,6 +137,8 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[dict[str, Any], Arra
             columns[column], shapes = _covariances(own[argument], count)
         elif argument in own:
             columns[column] = _numbers(argument, own[argument], count)
+    for row in np.flatnonzero(columns.get("sigma_mm", np.ones(0)) <= 0):
+        raise ValueError(f"sigma: row {row}: {columns['sigma_mm'][row]}; an uncertainty above 0 mm is needed")
     columns.update((argument, _words(argument, own[argument], count)) for argument in _WORDS if argument in own)
     # Rows without a joint or without any reading are not used.
     read = [columns[name] for name in _READ if name in columns]

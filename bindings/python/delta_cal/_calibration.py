@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import warnings
 from dataclasses import dataclass, field
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from . import _native
-from ._arrays import framed, samples
+from ._arrays import check, framed, samples
 from ._native import Robot, Samples
 from ._pages import Told, in_frame, written
 
@@ -291,6 +292,8 @@ def calibrate(
         "height": height, "plane": plane, "distance": distance, "point": point,
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
+    check(str, frame=frame, method=method)
+    check(Real, limit=limit)
     if not isinstance(robot, (Robot, str, os.PathLike)):
         raise TypeError(f"robot: {type(robot).__name__}; a Robot or a path is needed")
     if not isinstance(robot, Robot) and Path(robot).suffix == ".toml":

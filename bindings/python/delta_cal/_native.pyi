@@ -7,7 +7,6 @@ from ._types import Array, Noise, PathLike, Rows, Section, Tolerance, Vector
 
 __all__ = [
     "__version__",
-    "Refused",
     "Report",
     "Robot",
     "Samples",
@@ -29,10 +28,6 @@ __all__ = [
 ]
 
 __version__: Final[str]
-
-class Refused(Exception):
-    findings: list[dict[str, str]]
-    rows: list[int]
 
 @final
 class Robot:
@@ -184,7 +179,7 @@ def export(
     target: str,
     nominal: Robot | None,
     x: Rows | None,
-    home: tuple[float, float, float] | None,
+    home: Sequence[float] | None,
     height: float | None,
     limit: float | None,
 ) -> dict[str, Any]: ...

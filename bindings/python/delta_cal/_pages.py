@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import html
 import os
 import sys
@@ -46,6 +47,14 @@ def written(path: str | os.PathLike[str], texts: Mapping[str, Callable[[], str]]
         endings = " or ".join(texts)
         raise ValueError(f"path: a name that ends in {endings} is needed")
     Path(path).write_text(text(), encoding="utf-8")
+
+
+def included(start: str, wanted: str) -> list[tuple[str, bytes]]:
+    """Names and contents of the files that a line of a printer's configuration includes, beside the file with the line."""
+    folder = Path(start).parent
+    pattern = str(Path(glob.escape(str(folder))) / wanted)
+    paths = [folder / wanted] if (folder / wanted).is_file() else sorted(map(Path, glob.glob(pattern)))
+    return [(str(path), path.read_bytes()) for path in paths if path.is_file()]
 
 
 class Told:

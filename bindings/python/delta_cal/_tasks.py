@@ -7,16 +7,18 @@ import io
 import json
 import operator
 from dataclasses import dataclass, field
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from . import _native
-from ._arrays import samples as samples_of
+from ._arrays import check, samples as samples_of
 from ._calibration import _warn, read, stated_of
 from ._native import Robot, Samples
 from ._pages import Told, in_frame, plain, written
+from ._stated import several
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -147,6 +149,9 @@ def plan(
     Refused
         No such measurements determine the robot, or reach ``accuracy``.
     """
+    check(Robot, robot=robot)
+    check(str, measure=measure, frame=frame, within=within, order=order, names=names)
+    check(Real, accuracy=accuracy)
     count, seed = _whole("count", count, 0), _whole("seed", seed, 0)
     with Told(progress) as tell:
         return Plan(**_native.plan(robot, count, measure, frame, within, absolute, order, accuracy, seed, names, tell))
@@ -161,6 +166,8 @@ def determined(
     seed: int = 1,
 ) -> Determined:
     """What samples determine, measured or not (a file of a plan), and which to add: ``delta-cal plan --samples``."""
+    check(Robot, robot=robot)
+    check(str, frame=frame)
     return Determined(**_native.determined(robot, samples_of(robot, samples), frame, absolute, _whole("seed", seed, 0)))
 
 
@@ -241,6 +248,9 @@ def validate(
         "height": height, "plane": plane, "distance": distance, "point": point,
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
+    check(Robot, robot=robot)
+    check(str, frame=frame)
+    check(Real, limit=limit)
     found = Validation(**_native.validate(robot, read(robot, q, x, readings), limit, frame))
     _warn(found.warnings)
     return found
@@ -292,7 +302,11 @@ def export(
     limit : float, optional
         The largest error between the nodes of a correction table, mm.
     """
-    return Export(**_native.export(robot, target, nominal, x, home, height, limit))
+    check(Robot, robot=robot, nominal=nominal)
+    check(str, target=target)
+    check(Real, height=height, limit=limit)
+    joints = None if home is None else several("home", home, 3, "the joints at the end stops")
+    return Export(**_native.export(robot, target, nominal, x, joints, height, limit))
 
 
 @dataclass(frozen=True)
@@ -353,6 +367,8 @@ def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = 
     spacing : float, optional
         Between lines along which they lie, mm; otherwise a part of the workspace.
     """
+    check(Robot, robot=robot)
+    check(Real, tolerance=tolerance, spacing=spacing)
     return Workspace(**_native.workspace(robot, tolerance, spacing))
 
 
@@ -366,6 +382,7 @@ class Comparison(_Result):
 
 def compare(before: Robot, after: Robot) -> Comparison:
     """Compares the positions of two robots over the workspace, absolute and relative, with their σ."""
+    check(Robot, before=before, after=after)
     return Comparison(**_native.compare(before, after))
 
 
@@ -412,6 +429,8 @@ def simulate(
         best rigid motion) and ``parameter`` (with ``parameter_bound``, the Cramér–Rao bound).
     """
     n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
+    check(Robot, robot=robot)
+    check(str, method=method, spread=spread)
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
     with Told(progress) as tell:
         table = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)

@@ -1,7 +1,8 @@
-//! Rows of numbers to arrays, on all cores, and what identifies them. `delta_cal/_arrays.py` prepares the arguments.
+//! Rows of numbers to arrays, on all cores. `delta_cal/_arrays.py` prepares the arguments.
 
 use crate::errors::value_error;
-use crate::lanes::{Four, Kernel, LANES};
+use crate::files::call_python;
+use crate::lanes::{Kernel, LANES, Lanes, Room, fill as fill_lanes};
 use crate::wide::Lane;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
@@ -15,7 +16,8 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::{ParallelSlice, ParallelSliceMut};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
-use std::fmt::{Display, Write};
+use std::f64::consts::TAU;
+use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -33,32 +35,7 @@ pub(crate) fn in_numpy<'py, A: PyCallArgs<'py>>(
     name: &str,
     arguments: A,
 ) -> PyResult<Bound<'py, PyAny>> {
-    py.import("delta_cal._arrays")?
-        .call_method1(name, arguments)
-}
-
-/// Contiguous numbers of any shape; NaN where they are masked.
-pub(crate) fn numbers<'py>(
-    argument: &str,
-    given: &Bound<'py, PyAny>,
-) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    in_numpy(given.py(), "numbers", (argument, given))?.extract()
-}
-
-/// So many numbers.
-pub(crate) fn several<const N: usize>(
-    argument: &str,
-    given: &Bound<'_, PyAny>,
-    wanted: &str,
-) -> PyResult<[f64; N]> {
-    let array = numbers(argument, given)?;
-    let all = array.as_slice()?;
-    all.try_into().map_err(|_| {
-        value_error(
-            argument,
-            format!("{wanted} is needed, not {} numbers", all.len()),
-        )
-    })
+    call_python(py, "_arrays", name, arguments)
 }
 
 /// An array of this shape, for reading.
@@ -76,12 +53,18 @@ pub(crate) fn array<'py, N: Element>(
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
 /// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all but the rows that are not
 /// clear to it. `angles`: the rows are joint angles.
-pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E: Display>(
+pub(crate) fn each_row<
+    'py,
+    N: Element + Lane + Into<f64>,
+    const WIDTH: usize,
+    K: Kernel<WIDTH>,
+    E: Display,
+>(
     py: Python<'py>,
     (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],
     raise: bool,
-    kernel: Option<impl Kernel<WIDTH>>,
+    kernel: Option<Lanes<N>>,
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
     let given: PyReadonlyArrayDyn<'py, N> = rows.extract()?;
@@ -97,33 +80,36 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     let array = array.cast_into::<PyArrayDyn<N>>()?;
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
-    let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
-        let found = compute(&row.map(Into::into));
-        *into = found.unwrap_or([f64::NAN; WIDTH]).map(N::of);
-    };
+    let kernel = kernel.filter(|_| from.len() >= LANES);
     // Joints that the kernel finds clear are within the limits.
-    let unclear = AtomicBool::new(false);
+    let degrees = AtomicBool::new(false);
+    let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {
+        let row = row.map(Into::into);
+        if angles && row.iter().any(|own| own.abs() > TAU) {
+            degrees.store(true, Relaxed);
+        }
+        *into = compute(&row).unwrap_or([f64::NAN; WIDTH]).map(N::of);
+    };
     let fill = |into: &mut [[N; WIDTH]], from: &[[N; 3]]| {
         halt::check();
-        let mut room: [Four<N>; 4] = [[[N::of(0.0); 4]; LANES]; 4];
+        let mut room = Room::new();
         let mut last = ([[N::of(0.0); 3]; LANES], [[N::of(0.0); WIDTH]; LANES]);
         for (into, from) in into.chunks_mut(LANES).zip(from.chunks(LANES)) {
-            let clear = kernel.as_ref().map(|kernel| {
+            let clear = kernel.as_ref().map(|robot| {
                 if from.len() == LANES {
-                    return kernel.fill(from.as_flattened(), into.as_flattened_mut(), &mut room);
+                    return fill_lanes::<K, N, WIDTH>(robot, from, into, &mut room);
                 }
                 let (rows, found) = &mut last;
                 rows[..from.len()].copy_from_slice(from);
-                kernel.fill(rows.as_flattened(), found.as_flattened_mut(), &mut room);
+                fill_lanes::<K, N, WIDTH>(robot, rows, found, &mut room);
                 into.copy_from_slice(&found[..into.len()]);
                 false
             });
             if clear == Some(true) {
                 continue;
             }
-            unclear.store(true, Relaxed);
             for (into, row) in into.iter_mut().zip(from) {
-                if clear.is_none() || into[0].is_nan() {
+                if clear.is_none() || into[0].into().is_nan() {
                     exact(into, row);
                 }
             }
@@ -137,10 +123,10 @@ pub(crate) fn each_row<'py, N: Element + Lane + Into<f64>, const WIDTH: usize, E
     } else {
         py.detach(|| fill(into, from));
     }
-    if angles && unclear.into_inner() {
+    if degrees.into_inner() {
         in_numpy(py, "radians", (argument, rows))?;
     }
-    let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| value.is_nan());
+    let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| (*value).into().is_nan());
     if raise && let Some(row) = into.iter().position(is_nan) {
         compute(&from[row].map(Into::into))
             .map_err(|error| value_error(argument, format!("row {row}: {error}")))?;
@@ -239,13 +225,4 @@ fn cores() -> PyResult<Arc<ThreadPool>> {
     // The pool of the parent process has no threads here that could be told to end.
     std::mem::forget(pool.replace((process, Arc::clone(&new))));
     Ok(new)
-}
-
-/// A digest in hexadecimal digits.
-pub(crate) fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
-    let mut digits = String::with_capacity(64);
-    for byte in digest.as_ref() {
-        let _ = write!(digits, "{byte:02x}");
-    }
-    digits
 }

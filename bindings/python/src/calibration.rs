@@ -1,9 +1,8 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
-use crate::arrays::{array, hexadecimal, with_cores, with_cores_telling};
-use crate::errors::{calibrate_error, in_python, in_rows, input_error, value_error};
-
-use crate::files::{bytes_of, loads, plain};
+use crate::arrays::{array, with_cores, with_cores_telling};
+use crate::errors::{calibrate_error, in_python, input_error, length};
+use crate::files::{bytes_of, dict, loads, plain, sha256};
 use crate::printer::{configuration, included};
 use crate::robot::{Robot, parameters_of};
 use crate::samples::{Again, Samples};
@@ -18,7 +17,6 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// A report in three forms, made when it is asked for; pickled as texts.
@@ -26,7 +24,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 pub(crate) struct Report(Form);
 
 enum Form {
-    OfRobot(Box<Calibrated>),
+    OfRobot(Box<Calibrated>, Samples),
     OfPrinter(Box<PrinterReport>),
     /// Text, JSON, HTML.
     Stored([String; 3]),
@@ -41,16 +39,16 @@ impl Report {
 #[pymethods]
 impl Report {
     fn text(&self) -> String {
-        plain(&match &self.0 {
-            Form::OfRobot(own) => own.to_text(),
-            Form::OfPrinter(own) => own.to_text(),
+        match &self.0 {
+            Form::OfRobot(own, samples) => samples.words(&own.to_text()),
+            Form::OfPrinter(own) => plain(&own.to_text()),
             Form::Stored([text, ..]) => text.clone(),
-        })
+        }
     }
 
     fn json(&self) -> String {
         match &self.0 {
-            Form::OfRobot(own) => own.to_json(),
+            Form::OfRobot(own, _) => own.to_json(),
             Form::OfPrinter(own) => own.to_json(),
             Form::Stored([_, json, _]) => json.clone(),
         }
@@ -58,7 +56,7 @@ impl Report {
 
     fn html(&self, py: Python<'_>) -> String {
         py.detach(|| match &self.0 {
-            Form::OfRobot(own) => own.to_html(),
+            Form::OfRobot(own, _) => own.to_html(),
             Form::OfPrinter(own) => own.to_html(),
             Form::Stored([.., html]) => html.clone(),
         })
@@ -74,15 +72,6 @@ impl Report {
 #[pyfunction]
 pub(crate) fn report_of_texts(text: String, json: String, html: String) -> Report {
     Report::stored(text, json, html)
-}
-
-/// A length that something is compared with.
-pub(crate) fn limit_of(limit: f64) -> PyResult<f64> {
-    if limit > 0.0 && limit.is_finite() {
-        return Ok(limit);
-    }
-    let cause = format!("{limit}; a length above 0 mm is needed");
-    Err(value_error("limit", cause))
 }
 
 /// What identifies a report.
@@ -123,7 +112,7 @@ pub(crate) fn calibrate<'py>(
         frame: word("frame", frame, FRAMES)?,
         of_printer: false,
     };
-    let limit = limit.map(limit_of).transpose()?;
+    let limit = limit.map(|own| length("limit", own)).transpose()?;
     let work = || {
         let readings = samples.readings(robot, options)?;
         let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
@@ -132,14 +121,9 @@ pub(crate) fn calibrate<'py>(
     let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
     let (readings, report) =
         found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
-    let found = Found {
-        robot: robot.same(),
-        samples,
-        readings: &readings,
-        limit,
-        options: format!("{frame} {method:?} {robust} {limit:?}"),
-    };
-    found.dict(py, report, None)
+    let options = format!("{frame} {method:?} {robust} {limit:?}");
+    let begin = (robot, samples, &readings);
+    result(py, begin, limit, &options, report, None)
 }
 
 /// What the calibration of a printer's configuration found.
@@ -159,7 +143,7 @@ pub(crate) fn calibrate_printer<'py>(
         robust,
         ..Options::default()
     };
-    let limit = limit.map(limit_of).transpose()?;
+    let limit = limit.map(|own| length("limit", own)).transpose()?;
     let (text, firmware, stated) = configuration(path, None, stated)?;
     let samples = samples.iter().map(|path| {
         let (name, bytes) = bytes_of(path)?;
@@ -184,76 +168,59 @@ pub(crate) fn calibrate_printer<'py>(
         source: text.clone(),
     };
     let samples = Samples::of_input(samples.into_iter().next().unwrap_or(text));
-    let found = Found {
-        robot,
-        samples: &samples,
-        readings: &imported.readings,
-        limit,
-        options: format!("{stated:?} {method:?} {robust} {limit:?}"),
-    };
-    found.dict(py, report, Some(&imported))
+    let options = format!("{stated:?} {method:?} {robust} {limit:?}");
+    let begin = (&robot, &samples, &imported.readings);
+    result(py, begin, limit, &options, report, Some(&imported))
 }
 
-/// What a calibration began with.
-struct Found<'a> {
-    robot: Robot,
-    samples: &'a Samples,
-    readings: &'a Readings,
+/// What a calibration found that began with these; `options` are what else tells calibrations apart.
+fn result<'py>(
+    py: Python<'py>,
+    (robot, samples, readings): (&Robot, &Samples, &Readings),
     limit: Option<f64>,
-    /// What else tells calibrations apart.
-    options: String,
-}
-
-impl Found<'_> {
-    fn dict<'py>(
-        self,
-        py: Python<'py>,
-        mut report: Calibrated,
-        printer: Option<&Imported>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        report.document = Some(document(&self.robot, self.samples));
-        if let Some(limit) = self.limit {
-            report = report.with_limit(limit);
-        }
-        let mut digest = Sha256::new();
-        digest.update(self.robot.fingerprint());
-        digest.update(self.samples.fingerprint());
-        digest.update(self.options);
-        let dict = PyDict::new(py);
-        dict.set_item("fingerprint", hexadecimal(digest.finalize()))?;
-        let after = Robot::of_file(&report.after, &comment(&report, self.readings))?;
-        dict.set_item("robot", Py::new(py, after)?)?;
-        let before = match printer {
-            None => self.robot,
-            Some(_) => Robot::of_file(&self.robot.file, "")?,
-        };
-        dict.set_item("before", Py::new(py, before)?)?;
-        self::fill(&dict, &report, self.samples.in_arrays)?;
-        let report = match printer {
-            None => Form::OfRobot(Box::new(report)),
-            Some(printer) => {
-                let report = with_cores(py, || PrinterReport::of(printer, report.clone()))?;
-                let report = report.map_err(|error| calibrate_error(py, &error, false))?;
-                let printer = json!(report.printer).to_string();
-                dict.set_item("printer", loads(py, &printer)?)?;
-                Form::OfPrinter(Box::new(report))
-            }
-        };
-        dict.set_item("report", Py::new(py, Report(report))?)?;
-        Ok(dict)
+    options: &str,
+    mut report: Calibrated,
+    printer: Option<&Imported>,
+) -> PyResult<Bound<'py, PyDict>> {
+    report.document = Some(document(robot, samples));
+    if let Some(limit) = limit {
+        report = report.with_limit(limit);
     }
+    let dict = figures(py, &report, samples)?;
+    let fingerprint = robot.fingerprint() + &samples.fingerprint() + options;
+    dict.set_item("fingerprint", sha256(&fingerprint))?;
+    let after = Robot::of_file(&report.after, &comment(&report, readings))?;
+    dict.set_item("robot", Py::new(py, after)?)?;
+    let before = match printer {
+        None => robot.clone(),
+        Some(_) => Robot::of_file(&robot.file, "")?,
+    };
+    dict.set_item("before", Py::new(py, before)?)?;
+    let report = match printer {
+        None => Form::OfRobot(Box::new(report), samples.clone()),
+        Some(printer) => {
+            let report = with_cores(py, || PrinterReport::of(printer, report.clone()))?;
+            let report = report.map_err(|error| calibrate_error(py, &error, false))?;
+            let printer = json!(report.printer).to_string();
+            dict.set_item("printer", loads(py, &printer)?)?;
+            Form::OfPrinter(Box::new(report))
+        }
+    };
+    dict.set_item("report", Py::new(py, Report(report))?)?;
+    Ok(dict)
 }
 
 /// The figures of a report.
-fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, in_arrays: bool) -> PyResult<()> {
-    let py = dict.py();
+fn figures<'py>(
+    py: Python<'py>,
+    report: &Calibrated,
+    samples: &Samples,
+) -> PyResult<Bound<'py, PyDict>> {
     let (solution, before) = (&report.solution, &report.before);
     let unknowns = solution.unknowns(before);
     let parameters = parameters_of(py, &solution.robot, &before.convention)?;
-    dict.set_item("parameters", parameters)?;
     let covariance = &solution.covariance;
     let sigma = (0..24).map(|place| covariance[(place, place)].sqrt());
-    dict.set_item("sigma", array(py, sigma.collect(), &[3, 8])?)?;
     let size = unknowns.len();
     let stated = |place: usize| {
         let (row, column) = (place / size, place % size);
@@ -262,33 +229,28 @@ fn fill(dict: &Bound<'_, PyDict>, report: &Calibrated, in_arrays: bool) -> PyRes
         unknowns[row].sign * unknowns[column].sign * own
     };
     let all = (0..size * size).map(stated).collect();
-    dict.set_item("covariance", array(py, all, &[size, size])?)?;
     let named = unknowns.iter().map(|own| (&own.name, own.unit, own.value));
-    dict.set_item("unknowns", PyList::new(py, named)?)?;
-    dict.set_item("residuals", residuals(py, report)?)?;
-    let lines = solution.readings.rows.iter().map(|row| row.line);
-    let lines = numpy::PyArray1::from_vec(py, lines.collect());
-    lines.call_method1("setflags", (false,))?;
-    dict.set_item("lines", lines)?;
-    let values = [
-        ("expected_error", json!(report.expected_error)),
-        ("findings", findings(report, in_arrays)),
-        ("frame", json!(report.sensor_frame)),
-        ("method", json!(report.method)),
-    ];
-    for (name, value) in values {
-        dict.set_item(name, loads(py, &value.to_string())?)?;
-    }
-    Ok(())
+    let rows = &solution.readings.rows;
+    let lines = rows.iter().map(|row| row.line).collect();
+    let json = |value: Value| loads(py, &value.to_string());
+    Ok(dict!(py,
+        "parameters": parameters,
+        "sigma": array(py, sigma.collect(), &[3, 8])?,
+        "covariance": array(py, all, &[size, size])?,
+        "unknowns": PyList::new(py, named)?,
+        "residuals": residuals(py, report)?,
+        "lines": array(py, lines, &[rows.len()])?,
+        "expected_error": json(json!(report.expected_error))?,
+        "findings": json(findings(report, samples))?,
+        "frame": json(json!(report.sensor_frame))?,
+        "method": json(json!(report.method))?,
+    ))
 }
 
-fn findings(report: &Calibrated, in_arrays: bool) -> Value {
+fn findings(report: &Calibrated, samples: &Samples) -> Value {
     let own = report.findings.iter().map(|own| {
         let mut own = own.clone();
-        own.text = in_python(&own.text);
-        if in_arrays {
-            own.text = in_rows(&own.text);
-        }
+        own.text = samples.words(&in_python(&own.text));
         own
     });
     json!(own.collect::<Vec<_>>())

@@ -1,29 +1,18 @@
 //! Refusals and faults as Python exceptions.
 
-use crate::files::loads;
+use crate::files::call_python;
 use delta_cal_host::{CalibrateError, InputError};
-use pyo3::exceptions::{PyException, PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use serde_json::{Value, json};
 use std::fmt::Display;
 
-pyo3::create_exception!(
-    delta_cal,
-    Refused,
-    PyException,
-    "These measurements cannot calibrate or judge this robot, which keeps its parameters.\n\n\
-     `findings` is a list of dicts with the keys `level`, `kind`, `text` and `remedy`: the cause first, then what \
-     would explain the samples as a whole. `rows` lists the indices of the rows that they name (of a file, the lines)."
-);
-
-/// What the command's messages call its options.
-const WORDS: [(&str, &str); 14] = [
+/// What the command's messages call its options, where an argument is not called the same.
+const WORDS: [(&str, &str); 9] = [
     (
         "state zero_deg in [tolerance], how many degrees",
         "state zero, how many radians",
     ),
     ("--frame sensor", "frame=\"sensor\""),
-    ("--frame", "frame"),
     (
         "--method joint and ikm",
         "method=\"joint\" and method=\"ikm\"",
@@ -31,22 +20,31 @@ const WORDS: [(&str, &str); 14] = [
     ("--method fkm", "method=\"fkm\""),
     ("leave out --robust", "leave out robust"),
     ("--robust", "robust=True"),
-    ("--measure", "measure"),
-    ("--count", "count"),
-    ("with --home", "with home"),
     ("with --for", "as target"),
-    ("--positions", "positions"),
-    ("--limit", "limit"),
-    ("--bed", "bed"),
+    ("in a column target", "in target"),
+    (
+        "name its contents with --columns",
+        "read_samples takes columns",
+    ),
 ];
 
-/// A message in the names of arguments.
+/// A message in the names of arguments; a command in it stays one.
 pub(crate) fn in_python(text: impl Display) -> String {
-    let mut text = text.to_string();
-    for (command, argument) in WORDS {
-        text = text.replace(command, argument);
+    let replaced =
+        |text: String, (command, argument): &(&str, &str)| text.replace(command, argument);
+    let text = WORDS.iter().fold(text.to_string(), replaced);
+    let mut parts = text.split("--");
+    let mut found = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let option = part.starts_with(|own: char| own.is_ascii_lowercase());
+        let command = found
+            .rsplit('`')
+            .next()
+            .is_some_and(|own| own.starts_with("delta-cal"));
+        found += if option && !command { "" } else { "--" };
+        found += part;
     }
-    text
+    found
 }
 
 /// An argument that cannot be used.
@@ -54,14 +52,20 @@ pub(crate) fn value_error(argument: &str, cause: impl Display) -> PyErr {
     PyValueError::new_err(format!("{argument}: {cause}"))
 }
 
-/// An argument of another type than is needed.
-pub(crate) fn type_error(argument: &str, cause: impl Display) -> PyErr {
-    PyTypeError::new_err(format!("{argument}: {cause}"))
+/// A length above 0.
+pub(crate) fn length(argument: &str, own: f64) -> PyResult<f64> {
+    if own > 0.0 && own.is_finite() {
+        return Ok(own);
+    }
+    let cause = format!("{own}; a length above 0 mm is needed");
+    Err(value_error(argument, cause))
 }
 
 /// A message of arrays, whose rows have no lines.
 pub(crate) fn in_rows(text: &str) -> String {
     let words = [
+        // Headers stand at the right.
+        ("in line\n", " in row\n"),
         ("Line ", "Row "),
         ("line ", "row "),
         ("Lines ", "Rows "),
@@ -89,7 +93,7 @@ pub(crate) fn input_error(error: &InputError, in_arrays: bool) -> PyErr {
     PyValueError::new_err(in_python(text + &remedy.unwrap_or_default()))
 }
 
-/// A refusal is [`Refused`] with its findings; all else is a `ValueError`.
+/// A refusal is `Refused` with its findings; all else is a `ValueError`.
 pub(crate) fn calibrate_error(py: Python<'_>, error: &CalibrateError, in_arrays: bool) -> PyErr {
     let refused = match error {
         CalibrateError::Input(fault) => return input_error(fault, in_arrays),
@@ -110,45 +114,11 @@ pub(crate) fn calibrate_error(py: Python<'_>, error: &CalibrateError, in_arrays:
         ("diagnosis", words(own.to_string()), words(remedy))
     });
     let findings: Vec<_> = std::iter::once(own).chain(diagnosis).collect();
-    refusal(py, &findings)
+    refusal(py, findings)
 }
 
 /// Kind, cause and remedy of each finding.
-pub(crate) fn refusal(py: Python<'_>, findings: &[(&str, String, String)]) -> PyErr {
-    let lines = findings.iter().map(|(kind, text, _)| match *kind {
-        "diagnosis" => format!("Explained by: {text}"),
-        _ => text.clone(),
-    });
-    let mut message: Vec<String> = lines.collect();
-    message.extend(findings.first().map(|(_, _, remedy)| remedy.clone()));
-    let message = message.join("\n");
-    let error = Refused::new_err(message.clone());
-    let with_findings = || -> PyResult<()> {
-        let all = findings.iter().map(|(kind, text, remedy)| {
-            json!({"level": "warning", "kind": kind, "text": text, "remedy": remedy})
-        });
-        let all = loads(py, &all.collect::<Value>().to_string())?;
-        error.value(py).setattr("findings", all)?;
-        error.value(py).setattr("rows", rows_in(&message))
-    };
-    match with_findings() {
-        Ok(()) => error,
-        Err(other) => other,
-    }
-}
-
-/// The rows or lines that a message names: "rows 3, 5 and 7", "row 3".
-fn rows_in(message: &str) -> Vec<u64> {
-    let mut found = Vec::new();
-    let mut listed = false;
-    for word in message.split_whitespace() {
-        let word = word.trim_matches(|c: char| !c.is_alphanumeric());
-        let number = word.parse::<u64>().ok().filter(|_| listed);
-        let keeps = ["row", "rows", "line", "lines"].contains(&word.to_lowercase().as_str());
-        listed = keeps || (listed && (number.is_some() || word == "and"));
-        found.extend(number);
-    }
-    found.sort_unstable();
-    found.dedup();
-    found
+pub(crate) fn refusal(py: Python<'_>, findings: Vec<(&str, String, String)>) -> PyErr {
+    let error = call_python(py, "_errors", "refused", (findings,));
+    error.map_or_else(|other| other, PyErr::from_value)
 }

@@ -1,23 +1,24 @@
 //! What Python's own modules do: JSON and files.
 
+use delta_cal_host::InputText;
+use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
+
+/// What is written in Python.
+pub(crate) fn call_python<'py, A: PyCallArgs<'py>>(
+    py: Python<'py>,
+    module: &str,
+    name: &str,
+    arguments: A,
+) -> PyResult<Bound<'py, PyAny>> {
+    py.import(format!("delta_cal.{module}"))?
+        .call_method1(name, arguments)
+}
 
 /// A text as Python's objects.
 pub(crate) fn loads<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (json,))
-}
-
-/// As JSON, arrays as lists.
-pub(crate) fn dumps<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    let py = value.py();
-    let options = PyDict::new(py);
-    options.set_item(
-        "default",
-        py.import("numpy")?.getattr("ndarray")?.getattr("tolist")?,
-    )?;
-    py.import("json")?
-        .call_method("dumps", (value,), Some(&options))
 }
 
 /// Without the colours of a terminal.
@@ -38,6 +39,22 @@ pub(crate) fn bytes_of(path: &Bound<'_, PyAny>) -> PyResult<(String, Vec<u8>)> {
         path.call_method0("read_bytes")?.extract()?,
     ))
 }
+
+/// SHA-256, 64 hexadecimal digits.
+pub(crate) fn sha256(text: &str) -> String {
+    InputText::new("", text).sha256().to_owned()
+}
+
+/// The fields of a result.
+macro_rules! dict {
+    ($py:expr, $($name:literal: $value:expr),+ $(,)?) => {{
+        let dict = pyo3::types::PyDict::new($py);
+        $(dict.set_item($name, $value)?;)+
+        dict
+    }};
+}
+
+pub(crate) use dict;
 
 /// Writes a text; an error has its path and number.
 pub(crate) fn write(path: &Bound<'_, PyAny>, text: &str) -> PyResult<()> {

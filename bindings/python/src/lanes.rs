@@ -5,7 +5,13 @@
 //! are rounded in another order. A pose of which that does not hold, near a singularity or outside the limits, is NaN
 //! here; the caller leaves it to the core.
 
-use crate::wide::{Lane, Vectors, Which, Wide, any_nan};
+#![allow(
+    clippy::needless_bitwise_bool,
+    clippy::needless_range_loop,
+    reason = "loops without branches become vector instructions"
+)]
+
+use crate::wide::{Lane, Vector, cross, dot, less, sum, times};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
@@ -13,6 +19,7 @@ use delta_cal_host::files::robot_file::Tool;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::TAU;
+use std::marker::PhantomData;
 
 /// Poses that are computed with one call.
 pub(crate) const LANES: usize = 64;
@@ -27,128 +34,111 @@ pub(crate) fn margin(robot: &RobotFile) -> f64 {
 
 /// A robot whose joints are exact and whose platform does not tilt, in the axes and with the joints of its convention: there
 /// the same formulas hold, as only signs differ.
-pub(crate) struct Lanes {
-    arms: [ArmNumbers; 3],
-    up: [f64; 3],
+pub(crate) struct Lanes<N> {
+    arms: [ArmNumbers<N>; 3],
+    up: [N; 3],
     linear: bool,
     /// Joints that are within the limits: the middle, and how far from there.
-    range: [f64; 2],
+    range: [N; 2],
 }
 
-struct ArmNumbers {
+struct ArmNumbers<N> {
     /// With the point that moves, from the platform point.
-    d: [f64; 3],
-    u: [f64; 3],
-    v: [f64; 3],
-    lb: f64,
-    lb_squared: f64,
+    d: [N; 3],
+    u: [N; 3],
+    v: [N; 3],
+    lb: N,
     /// Length of v, negative where joints count upwards: the upper arm, or the scale of a linear drive.
-    speed: f64,
+    speed: N,
     /// Of w·w / 2 from there: the joint's u·w cos q + v·w sin q.
-    offset: f64,
+    offset: N,
 }
 
-/// What brings the forearm of an arm to a position.
-struct Reach<S: Simd, N: Lane> {
-    /// Sine and cosine of the joint by the square below, or travel.
-    sine: Wide<S, N>,
-    cosine: Wide<S, N>,
-    /// From the joint's axis in its plane.
-    squared: Wide<S, N>,
-    /// How far from the edge of what it reaches, squared.
-    root: Wide<S, N>,
+fn numbers<N: Lane>(vector: Vector3<f64>) -> Vector<N> {
+    <[f64; 3]>::from(vector).map(N::of)
 }
 
-impl ArmNumbers {
+/// Sine and cosine of a joint; of a linear drive the travel and 0.
+type Turn<N> = [N; 2];
+
+impl<N: Lane> ArmNumbers<N> {
     fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>) -> Self {
         let (basis, sense) = (arm.basis(), convention.sense());
         let (speed, lb) = (basis.v.norm(), arm.lb());
         Self {
-            d: convention.vector(&(arm.d() + place)).into(),
-            u: convention.vector(&basis.u).into(),
-            v: convention.vector(&(basis.v * sense)).into(),
-            lb,
-            lb_squared: lb * lb,
-            speed: speed * sense,
-            offset: (speed * speed - lb * lb) / 2.0,
+            d: numbers(convention.vector(&(arm.d() + place))),
+            u: numbers(convention.vector(&basis.u)),
+            v: numbers(convention.vector(&(basis.v * sense))),
+            lb: N::of(lb),
+            speed: N::of(speed * sense),
+            offset: N::of((speed * speed - lb * lb) / 2.0),
         }
     }
 
-    /// The elbow, and how it moves with the joint.
     #[inline(always)]
-    fn elbow<S: Simd, N: Lane>(
-        &self,
-        q: Wide<S, N>,
-        linear: bool,
-    ) -> (Vectors<S, N>, Vectors<S, N>) {
-        if linear {
-            let (zero, one) = (Wide::all(q.0, 0.0), Wide::all(q.0, 1.0));
-            let elbow = Vectors::sum(self.d, (self.u, zero), (self.v, q));
-            return (elbow, Vectors::sum([0.0; 3], (self.u, zero), (self.v, one)));
-        }
-        let (sine, cosine) = q.sine_cosine();
-        (
-            Vectors::sum(self.d, (self.u, cosine), (self.v, sine)),
-            Vectors::sum([0.0; 3], (self.u, -sine), (self.v, cosine)),
-        )
+    fn elbow(&self, [sine, cosine]: Turn<N>) -> Vector<N> {
+        sum(self.d, (self.u, cosine), (self.v, sine))
     }
 
+    /// How the elbow moves with the joint.
     #[inline(always)]
-    fn reach<S: Simd, N: Lane>(&self, x: Vectors<S, N>, linear: bool) -> Reach<S, N> {
-        let all = |number| Wide::all(x.0[0].0, number);
-        let w = x - self.d;
-        let (a, b) = (w.along(self.u), w.along(self.v));
-        if linear {
-            let along = b * (1.0 / (self.speed * self.speed));
-            let [v1, v2, v3] = self.v;
-            let beside = w - Vectors([along * v1, along * v2, along * v3]);
-            let root = all(self.lb_squared) - beside.dot(beside);
-            return Reach {
-                sine: root.sqrt().times(all(1.0 / self.speed), along),
-                cosine: all(0.0),
-                squared: all(1.0),
-                root,
-            };
+    fn motion<const LINEAR: bool>(&self, [sine, cosine]: Turn<N>) -> Vector<N> {
+        if LINEAR {
+            return self.v;
         }
-        let c = w.dot(w).times(all(0.5), all(self.offset));
+        sum([N::default(); 3], (self.u, -sine), (self.v, cosine))
+    }
+
+    /// Whether it is not stretched, given w·v: then the joint moves the platform at all.
+    #[inline(always)]
+    fn moves(&self, by: N) -> bool {
+        by.size() > (self.lb * self.speed).size() * N::of(1e-3 * N::CLEAR)
+    }
+
+    /// What brings the forearm to a position; NaN at the edge of what it reaches.
+    #[inline(always)]
+    fn reach<const LINEAR: bool>(&self, x: Vector<N>) -> Turn<N> {
+        let long = self.lb * self.lb;
+        let (least, nearly) = (
+            N::of(N::CLEAR * N::CLEAR),
+            N::of(0.01 * N::CLEAR * N::CLEAR),
+        );
+        let w = less(x, self.d);
+        let (a, b) = (dot(w, self.u), dot(w, self.v));
+        if LINEAR {
+            let along = b / (self.speed * self.speed);
+            let beside = times(self.v, -along, w);
+            let root = long - dot(beside, beside);
+            let travel = along + root.root() / self.speed;
+            return [
+                if root > long * least {
+                    travel
+                } else {
+                    N::nan()
+                },
+                N::default(),
+            ];
+        }
+        let c = dot(w, w).times(N::of(0.5), self.offset);
+        // From the joint's axis in its plane.
         let squared = a.times(a, b * b);
         let root = squared - c * c;
-        let s = root.sqrt() * self.speed.signum();
-        Reach {
-            sine: b.times(c, -(a * s)),
-            cosine: a.times(c, b * s),
-            squared,
-            root,
-        }
-    }
-
-    /// The joint, and the forearm to `x`; `inverse` is of `squared`.
-    #[inline(always)]
-    fn joint<S: Simd, N: Lane>(
-        &self,
-        x: Vectors<S, N>,
-        found: &Reach<S, N>,
-        inverse: Wide<S, N>,
-        linear: bool,
-    ) -> (Wide<S, N>, Vectors<S, N>) {
-        if linear {
-            return (found.sine, x - self.elbow(found.sine, true).0);
-        }
-        let (sine, cosine) = (found.sine * inverse, found.cosine * inverse);
-        let elbow = Vectors::sum(self.d, (self.u, cosine), (self.v, sine));
-        (sine.angle_of(cosine), x - elbow)
+        let (s, inverse) = (root.root().signed_by(self.speed), N::of(1.0) / squared);
+        let sine = b.times(c, -(a * s)) * inverse;
+        let cosine = a.times(c, b * s) * inverse;
+        let clear = root > squared * nearly;
+        [if clear { sine } else { N::nan() }, cosine]
     }
 }
 
-/// The platform point, the forearms, how the elbows move, and which poses are clear.
-struct Poses<S: Simd, N: Lane> {
-    x: Vectors<S, N>,
-    forearms: [Vectors<S, N>; 3],
-    moves: [Vectors<S, N>; 3],
-    clear: Which<S, N>,
+/// The platform point, the forearms, and whether the pose is clear.
+struct Pose<N> {
+    x: Vector<N>,
+    forearms: [Vector<N>; 3],
+    clear: bool,
 }
 
-impl Lanes {
+impl<N: Lane> Lanes<N> {
     /// `None` of transmissions and of a platform that tilts.
     pub(crate) fn of(file: &RobotFile, point: &Tool) -> Option<Self> {
         let arms = file.robot.arms();
@@ -171,196 +161,288 @@ impl Lanes {
             arms: arms
                 .each_ref()
                 .map(|own| ArmNumbers::of(own, &file.convention, &point.place)),
-            up: file.convention.vector(&file.robot.up()).into(),
+            up: numbers(file.convention.vector(&file.robot.up())),
             linear: file.robot.drive() == Drive::Linear,
-            range: [f64::midpoint(low, high), (high - low) / 2.0],
+            range: [f64::midpoint(low, high), (high - low) / 2.0].map(N::of),
         })
     }
 
-    /// Which joints are within the limits.
+    /// Whether the joints are within the limits.
     #[inline(always)]
-    fn within<S: Simd, N: Lane>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Which<S, N> {
+    fn within(&self, [q1, q2, q3]: Vector<N>) -> bool {
         let [middle, far] = self.range;
-        let off = |q: Wide<S, N>| (q - middle).abs();
-        Wide::all(q1.0, far).above(off(q1).max(off(q2)).max(off(q3)))
+        let off = less([q1, q2, q3], [middle; 3]);
+        off[0].size().larger(off[1].size()).larger(off[2].size()) < far
     }
 
     #[inline(always)]
-    fn poses<S: Simd, N: Lane>(&self, [q1, q2, q3]: [Wide<S, N>; 3]) -> Poses<S, N> {
+    fn pose(&self, q: Vector<N>, turns: [Turn<N>; 3]) -> Pose<N> {
         let [arm1, arm2, arm3] = &self.arms;
-        let all = |number| Wide::all(q1.0, number);
-        let (b1, move1) = arm1.elbow(q1, self.linear);
-        let (b2, move2) = arm2.elbow(q2, self.linear);
-        let (b3, move3) = arm3.elbow(q3, self.linear);
-        let (edge2, edge3) = (b2 - b1, b3 - b1);
-        let normal = edge2.cross(edge3);
-        let normal_squared = normal.dot(normal);
-        let (squared2, squared3) = (edge2.dot(edge2), edge3.dot(edge3));
-        let inverse = all(1.0) / normal_squared;
-        let half = inverse * 0.5;
-        let along2 = (squared2 + (arm1.lb_squared - arm2.lb_squared)) * half;
-        let along3 = (squared3 + (arm1.lb_squared - arm3.lb_squared)) * half;
-        let within = edge3
-            .cross(normal)
-            .times(along2, normal.cross(edge2) * along3);
-        let height_squared = all(arm1.lb_squared) - within.dot(within);
-        let height = (height_squared * inverse).sqrt();
-        let below = -height.signed_by(normal.along(self.up));
-        // From the first elbow.
-        let forearm = normal.times(below, within);
-        let clear = normal_squared.above(squared2 * squared3 * (N::CLEAR * N::CLEAR))
-            & height_squared.above(all(N::CLEAR * N::CLEAR * arm1.lb_squared))
-            & self.within([q1, q2, q3]);
-        Poses {
-            x: forearm + b1,
-            forearms: [forearm, forearm - edge2, forearm - edge3],
-            moves: [move1, move2, move3],
-            clear,
+        let (long1, long2, long3) = (arm1.lb * arm1.lb, arm2.lb * arm2.lb, arm3.lb * arm3.lb);
+        let b1 = arm1.elbow(turns[0]);
+        let (edge2, edge3) = (
+            less(arm2.elbow(turns[1]), b1),
+            less(arm3.elbow(turns[2]), b1),
+        );
+        let normal = cross(edge2, edge3);
+        let normal_squared = dot(normal, normal);
+        let (squared2, squared3) = (dot(edge2, edge2), dot(edge3, edge3));
+        let inverse = N::of(1.0) / normal_squared;
+        let half = inverse * N::of(0.5);
+        let along2 = (squared2 + (long1 - long2)) * half;
+        let along3 = (squared3 + (long1 - long3)) * half;
+        let other = times(cross(normal, edge2), along3, [N::default(); 3]);
+        let within = times(cross(edge3, normal), along2, other);
+        let height_squared = long1 - dot(within, within);
+        let height = (height_squared * inverse).root();
+        // From the first elbow, downwards.
+        let below = -height.signed_by(dot(normal, self.up));
+        let forearm = times(normal, below, within);
+        let clear = N::of(N::CLEAR * N::CLEAR);
+        Pose {
+            x: times(forearm, N::of(1.0), b1),
+            forearms: [forearm, less(forearm, edge2), less(forearm, edge3)],
+            // Without branches.
+            clear: (normal_squared > squared2 * squared3 * clear)
+                & (height_squared > long1 * clear)
+                & self.within(q),
         }
     }
 }
 
-/// Four columns of the rows of one call: processors exchange rows and columns of four.
-pub(crate) type Four<N> = [[N; 4]; LANES];
+/// What one call needs beside its rows, where the processor loads it fastest.
+#[repr(align(64))]
+pub(crate) struct Room<N> {
+    columns: [[N; LANES]; 3],
+    turns: [[[N; LANES]; 2]; 3],
+    found: [[N; LANES]; 9],
+}
 
-/// A function of the three numbers of a pose.
-pub(crate) trait Kernel<const WIDTH: usize>: Sync + Sized {
-    /// The function, and of which poses it holds.
-    fn of<S: Simd, N: Lane>(&self, from: [Wide<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>);
-
-    /// The function of `LANES` rows; whether all of them are clear.
-    fn fill<N: Lane>(&self, from: &[N], into: &mut [N], room: &mut [Four<N>; 4]) -> bool {
-        Arch::new().dispatch(Fill(self, from, into, room))
+impl<N: Lane> Room<N> {
+    pub(crate) fn new() -> Self {
+        Self {
+            columns: [[N::default(); LANES]; 3],
+            turns: [[[N::default(); LANES]; 2]; 3],
+            found: [[N::default(); LANES]; 9],
+        }
     }
 }
 
-struct Fill<'a, K, N, const WIDTH: usize>(&'a K, &'a [N], &'a mut [N], &'a mut [Four<N>; 4]);
+/// A function of the three numbers of a pose, in two steps: of shorter ones the processor overlaps more.
+pub(crate) trait Kernel<const WIDTH: usize>: Sync {
+    /// The joint of an arm.
+    #[inline(always)]
+    fn turn<N: Lane, const LINEAR: bool>(_: &Lanes<N>, arm: usize, q: Vector<N>) -> Turn<N> {
+        if LINEAR {
+            return [q[arm], N::default()];
+        }
+        q[arm].sine_cosine()
+    }
+
+    /// The function, and whether it holds of the pose.
+    fn of<N: Lane, const LINEAR: bool>(
+        own: &Lanes<N>,
+        from: Vector<N>,
+        turns: [Turn<N>; 3],
+    ) -> ([N; WIDTH], bool);
+}
+
+/// The function of `LANES` rows; whether all of them are clear. Those that are not begin with NaN.
+pub(crate) fn fill<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize>(
+    own: &Lanes<N>,
+    from: &[[N; 3]],
+    into: &mut [[N; WIDTH]],
+    room: &mut Room<N>,
+) -> bool {
+    Arch::new().dispatch(Fill(own, from, into, room, PhantomData::<K>))
+}
+
+/// A closure would not be inlined.
+struct Fill<'a, K, N, const WIDTH: usize>(
+    &'a Lanes<N>,
+    &'a [[N; 3]],
+    &'a mut [[N; WIDTH]],
+    &'a mut Room<N>,
+    PhantomData<K>,
+);
 
 impl<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize> WithSimd for Fill<'_, K, N, WIDTH> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self(kernel, from, into, [rows, found @ ..]) = self;
-        let (from, into) = (&from[..3 * LANES], &mut into[..WIDTH * LANES]);
-        for lane in 0..LANES - 1 {
-            rows[lane].copy_from_slice(&from[3 * lane..3 * lane + 4]);
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let Self(own, from, into, room, _) = self;
+        if S::IS_SCALAR {
+            // Without vectors the core is as fast.
+            into.fill([N::nan(); WIDTH]);
+            return false;
         }
-        rows[LANES - 1][..3].copy_from_slice(&from[3 * (LANES - 1)..]);
-        let width = size_of::<N::Many<S>>() / size_of::<N>();
-        let (zero, nan) = (Wide::<S, N>::all(simd, 0.0), Wide::all(simd, f64::NAN));
-        let mut sum = zero;
-        for lane in (0..LANES).step_by(width) {
-            let (mut columns, clear) = kernel.of(Wide::columns(simd, &rows[lane..lane + width]));
-            sum = sum.where_it(clear, nan);
-            // Marks the row.
-            columns[0] = columns[0].where_it(clear, nan);
-            for group in 0..WIDTH.div_ceil(4) {
-                let mut four = [zero; 4];
-                for place in 0..(WIDTH - 4 * group).min(4) {
-                    four[place] = columns[4 * group + place];
-                }
-                Wide::rows(four, &mut found[group][lane..lane + width]);
-            }
+        if own.linear {
+            rows::<K, N, WIDTH, true>(own, from, into, room)
+        } else {
+            rows::<K, N, WIDTH, false>(own, from, into, room)
         }
-        // What is beyond a row's last column is overwritten by the next.
-        for lane in 0..LANES {
-            for (group, own) in found[..WIDTH.div_ceil(4)].iter().enumerate() {
-                let (first, own) = (WIDTH * lane + 4 * group, &own[lane]);
-                if lane < LANES - 1 {
-                    into[first..first + 4].copy_from_slice(own);
-                } else {
-                    let last = (WIDTH - 4 * group).min(4);
-                    into[first..first + last].copy_from_slice(&own[..last]);
-                }
-            }
-        }
-        !any_nan(sum)
     }
 }
 
-/// No kernel.
+#[inline(always)]
+fn rows<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
+    own: &Lanes<N>,
+    from: &[[N; 3]],
+    into: &mut [[N; WIDTH]],
+    room: &mut Room<N>,
+) -> bool {
+    let (from, into) = (&from[..LANES], &mut into[..LANES]);
+    let Room {
+        columns,
+        turns: [turns1, turns2, turns3],
+        found,
+    } = room;
+    for lane in 0..LANES {
+        for place in 0..3 {
+            columns[place][lane] = from[lane][place];
+        }
+    }
+    joints::<K, N, WIDTH, LINEAR>(own, 0, columns, turns1);
+    joints::<K, N, WIDTH, LINEAR>(own, 1, columns, turns2);
+    joints::<K, N, WIDTH, LINEAR>(own, 2, columns, turns3);
+    let mut all = true;
+    for lane in 0..LANES {
+        let from = [columns[0][lane], columns[1][lane], columns[2][lane]];
+        let turns = [
+            [turns1[0][lane], turns1[1][lane]],
+            [turns2[0][lane], turns2[1][lane]],
+            [turns3[0][lane], turns3[1][lane]],
+        ];
+        let (mut values, clear) = K::of::<N, LINEAR>(own, from, turns);
+        all &= clear;
+        values[0] = if clear { values[0] } else { N::nan() };
+        for place in 0..WIDTH {
+            found[place][lane] = values[place];
+        }
+    }
+    // Copied as a whole: memory takes long stores faster.
+    let mut rows = [[N::default(); WIDTH]; LANES];
+    for lane in 0..LANES {
+        for place in 0..WIDTH {
+            rows[lane][place] = found[place][lane];
+        }
+    }
+    into.copy_from_slice(&rows);
+    all
+}
+
+#[inline(always)]
+fn joints<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
+    own: &Lanes<N>,
+    arm: usize,
+    columns: &[[N; LANES]; 3],
+    into: &mut [[N; LANES]; 2],
+) {
+    for lane in 0..LANES {
+        let from = [columns[0][lane], columns[1][lane], columns[2][lane]];
+        [into[0][lane], into[1][lane]] = K::turn::<N, LINEAR>(own, arm, from);
+    }
+}
+
+/// No pose is clear.
 pub(crate) enum Exact {}
 
 impl<const WIDTH: usize> Kernel<WIDTH> for Exact {
-    fn of<S: Simd, N: Lane>(&self, _: [Wide<S, N>; 3]) -> ([Wide<S, N>; WIDTH], Which<S, N>) {
-        match *self {}
+    #[inline(always)]
+    fn of<N: Lane, const LINEAR: bool>(
+        _: &Lanes<N>,
+        _: Vector<N>,
+        _: [Turn<N>; 3],
+    ) -> ([N; WIDTH], bool) {
+        ([N::nan(); WIDTH], false)
     }
 }
 
 /// Joints to positions.
-pub(crate) struct Forward(pub(crate) Lanes);
+pub(crate) enum Forward {}
 
 impl Kernel<3> for Forward {
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let Poses { x, clear, .. } = self.0.poses(q);
-        (x.0, clear)
+    fn of<N: Lane, const LINEAR: bool>(
+        own: &Lanes<N>,
+        q: Vector<N>,
+        turns: [Turn<N>; 3],
+    ) -> (Vector<N>, bool) {
+        let Pose { x, clear, .. } = own.pose(q, turns);
+        (x, clear)
     }
 }
 
 /// Positions to joints.
-pub(crate) struct Inverse(pub(crate) Lanes);
+pub(crate) enum Inverse {}
 
 impl Kernel<3> for Inverse {
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, x: [Wide<S, N>; 3]) -> ([Wide<S, N>; 3], Which<S, N>) {
-        let (own, all, x) = (&self.0, |number| Wide::all(x[0].0, number), Vectors(x));
+    fn turn<N: Lane, const LINEAR: bool>(own: &Lanes<N>, arm: usize, x: Vector<N>) -> Turn<N> {
+        own.arms[arm].reach::<LINEAR>(x)
+    }
+
+    #[inline(always)]
+    fn of<N: Lane, const LINEAR: bool>(
+        own: &Lanes<N>,
+        x: Vector<N>,
+        turns: [Turn<N>; 3],
+    ) -> (Vector<N>, bool) {
         let [arm1, arm2, arm3] = &own.arms;
-        let first = arm1.reach(x, own.linear);
-        let second = arm2.reach(x, own.linear);
-        let third = arm3.reach(x, own.linear);
-        // One division for three: it takes as long as a dozen products.
-        let two = first.squared * second.squared;
-        let inverse = all(1.0) / (two * third.squared);
-        let inverse3 = two * inverse;
-        let both = third.squared * inverse;
-        let (inverse1, inverse2) = (second.squared * both, first.squared * both);
-        let (q1, w1) = arm1.joint(x, &first, inverse1, own.linear);
-        let (q2, w2) = arm2.joint(x, &second, inverse2, own.linear);
-        let (q3, w3) = arm3.joint(x, &third, inverse3, own.linear);
+        let b1 = arm1.elbow(turns[0]);
+        let (edge2, edge3) = (
+            less(arm2.elbow(turns[1]), b1),
+            less(arm3.elbow(turns[2]), b1),
+        );
         // The platform hangs below the plane of the elbows.
-        let normal = (w1 - w2).cross(w1 - w3);
-        let depth = -w1.dot(normal).signed_by(normal.along(own.up));
-        let least = all(N::CLEAR * N::CLEAR * arm1.lb_squared);
-        let clear = first.root.min(second.root).min(third.root).above(least)
-            & depth.above(all(N::CLEAR * arm1.lb_squared * arm1.lb))
-            & own.within([q1, q2, q3]);
-        ([q1, q2, q3], clear)
+        let normal = cross(edge2, edge3);
+        let depth = dot(less(b1, x), normal).signed_by(dot(normal, own.up));
+        let mut q = x;
+        for arm in 0..3 {
+            let [sine, cosine] = turns[arm];
+            q[arm] = if LINEAR { sine } else { sine.angle_of(cosine) };
+        }
+        let least = arm1.lb * arm1.lb * arm1.lb * N::of(N::CLEAR);
+        (q, (depth > least) & own.within(q))
     }
 }
 
 /// Joints to the nine derivatives of positions, row by row.
-pub(crate) struct Derivatives(pub(crate) Lanes);
+pub(crate) enum Derivatives {}
 
 impl Kernel<9> for Derivatives {
     #[inline(always)]
-    fn of<S: Simd, N: Lane>(&self, q: [Wide<S, N>; 3]) -> ([Wide<S, N>; 9], Which<S, N>) {
-        let own = &self.0;
+    fn of<N: Lane, const LINEAR: bool>(
+        own: &Lanes<N>,
+        q: Vector<N>,
+        turns: [Turn<N>; 3],
+    ) -> ([N; 9], bool) {
         let [arm1, arm2, arm3] = &own.arms;
-        let Poses {
+        let Pose {
             forearms: [w1, w2, w3],
-            moves: [move1, move2, move3],
             clear,
             ..
-        } = own.poses(q);
-        let (normal1, normal2, normal3) = (w2.cross(w3), w3.cross(w1), w1.cross(w2));
-        let volume = w1.dot(normal1);
-        let (by1, by2, by3) = (w1.dot(move1), w2.dot(move2), w3.dot(move3));
-        let above = |found: Wide<S, N>, most: f64| {
-            found.abs().above(Wide::all(found.0, N::CLEAR * most.abs()))
-        };
+        } = own.pose(q, turns);
+        let (normal1, normal2, normal3) = (cross(w2, w3), cross(w3, w1), cross(w1, w2));
+        let volume = dot(w1, normal1);
+        let by1 = dot(w1, arm1.motion::<LINEAR>(turns[0]));
+        let by2 = dot(w2, arm2.motion::<LINEAR>(turns[1]));
+        let by3 = dot(w3, arm3.motion::<LINEAR>(turns[2]));
+        let most = arm1.lb * arm2.lb * arm3.lb;
         let clear = clear
-            & above(volume, arm1.lb * arm2.lb * arm3.lb)
-            & above(by1, arm1.lb * arm1.speed)
-            & above(by2, arm2.lb * arm2.speed)
-            & above(by3, arm3.lb * arm3.speed);
-        let inverse = Wide::all(volume.0, 1.0) / volume;
-        let (Vectors([x1, y1, z1]), Vectors([x2, y2, z2]), Vectors([x3, y3, z3])) = (
-            normal1 * (by1 * inverse),
-            normal2 * (by2 * inverse),
-            normal3 * (by3 * inverse),
-        );
-        ([x1, x2, x3, y1, y2, y3, z1, z2, z3], clear)
+            & (volume.size() > most * N::of(N::CLEAR))
+            & arm1.moves(by1)
+            & arm2.moves(by2)
+            & arm3.moves(by3);
+        let inverse = N::of(1.0) / volume;
+        let (by1, by2, by3) = (by1 * inverse, by2 * inverse, by3 * inverse);
+        let mut found = [volume; 9];
+        for row in 0..3 {
+            found[3 * row] = normal1[row] * by1;
+            found[3 * row + 1] = normal2[row] * by2;
+            found[3 * row + 2] = normal3[row] * by3;
+        }
+        (found, clear)
     }
 }

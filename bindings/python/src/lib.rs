@@ -2,10 +2,11 @@
 //!
 //! ```text
 //! errors       refusals and faults as Python exceptions
-//! wide         numbers of several rows, computed in one instruction
-//! lanes        kinematics of many rows at once
+//! wide         numbers and vectors of formulas without branches
+//! lanes        kinematics of many rows at once, in vector instructions
 //! arrays       rows of numbers to arrays; the cores
-//! files        JSON, files, a printer's configuration
+//! files        JSON, files, what is written in Python
+//! printer      the files of a printer's configuration
 //! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays
 //! samples      the class Samples: files, or columns of arrays and frames
@@ -58,8 +59,6 @@ by_fingerprint!(robot::Robot, samples::Samples);
 mod _native {
     #[pymodule_export]
     use crate::calibration::{Report, calibrate, calibrate_printer, report_of_texts};
-    #[pymodule_export]
-    use crate::errors::Refused;
     #[pymodule_export]
     use crate::robot::{Robot, robot_of_text};
     #[pymodule_export]

@@ -1,16 +1,13 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
-use crate::arrays::{array, each_row, hexadecimal, in_numpy, several};
-use crate::errors::{input_error, type_error, value_error};
-use crate::files::{bytes_of, dumps, loads, write};
+use crate::arrays::{array, each_row, in_numpy};
+use crate::errors::{input_error, length, value_error};
+use crate::files::{bytes_of, loads, sha256, write};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
-use crate::stated::{
-    LARGEST_ZERO, Stated, arms_of, limits_of, merge, noise_of, not_degrees, tolerance_of,
-    with_transmissions,
-};
+use crate::stated::{Stated, arms_of, limits_of, merge, tolerance_of, with_transmissions};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{ArmIndex, Parameter, Robot as Geometry, SymmetricRobot};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot as Geometry, SymmetricRobot};
 use delta_cal_host::files::convention::{Convention, Three};
 use delta_cal_host::files::kinematics;
 use delta_cal_host::files::robot_file::Tool;
@@ -21,7 +18,6 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::fmt;
 
 /// A Delta robot: geometry, joint limits, convention, tolerance, noise.
@@ -37,6 +33,7 @@ use std::fmt;
 /// >>> robot.forward([[0.1, 0.2, 0.3]]).round(1).tolist()
 /// [[26.2, 14.9, -412.4]]
 #[pyclass(frozen, eq, hash, module = "delta_cal")]
+#[derive(Clone)]
 pub(crate) struct Robot {
     pub(crate) file: RobotFile,
     /// The robot file.
@@ -79,18 +76,10 @@ impl Robot {
     }
 
     /// With what is stated in its place.
-    pub(crate) fn with(&self, stated: Stated<'_>) -> PyResult<Self> {
+    pub(crate) fn with(&self, stated: Stated) -> PyResult<Self> {
         let mut file = self.file.clone();
-        let mut sections = serde_json::Map::new();
-        for (name, value) in stated.sections.iter() {
-            if !(value.is_none() || value.is_instance_of::<PyDict>()) {
-                let cause = "a dict is needed, of the keys that a robot file has in this section";
-                return Err(type_error(&name.extract::<String>()?, cause));
-            }
-            let json: String = dumps(&value)?.extract()?;
-            let value = serde_json::from_str(&json).unwrap_or(Value::Null);
-            sections.insert(name.extract()?, value);
-        }
+        let mut sections: serde_json::Map<String, Value> =
+            serde_json::from_str(&stated.sections).unwrap_or_default();
         // The numbers of the file are in it.
         if let Some(convention) = sections.remove("convention") {
             let mut all = serde_json::Map::new();
@@ -99,22 +88,22 @@ impl Robot {
         }
         let drive = file.robot.drive();
         if let Some(parameters) = &stated.parameters {
-            let arms = arms_of(&file.convention, parameters)?;
+            let arms = arms_of(&file.convention, parameters);
             let robot = file.robot.with_parameters(arms);
             file.robot = robot.map_err(|error| value_error("parameters", error))?;
         }
-        if let Some(transmissions) = &stated.transmissions {
+        if let Some(transmissions) = stated.transmissions {
             file.robot = with_transmissions(&file, transmissions)?;
         }
-        if let Some(limits) = &stated.limits {
-            let [low, high] = several("limits", limits, "(smallest, largest)")?;
+        if let Some([low, high]) = stated.limits {
             let (low, high) = file.convention.limits(low, high);
             file.limits = limits_of((low, high), drive)?;
         }
-        if let Some(noise) = &stated.noise {
-            file.noise = Some(noise_of(noise)?);
+        if let Some((position, joint)) = stated.noise {
+            let noise = Noise::by_axis(position, joint);
+            file.noise = Some(noise.map_err(|error| value_error("noise", error))?);
         }
-        if let Some(tolerance) = &stated.tolerance {
+        if let Some(tolerance) = stated.tolerance {
             file.tolerance = Some(tolerance_of(tolerance, &file)?);
         }
         if let Some(zero) = stated.zero {
@@ -124,13 +113,12 @@ impl Robot {
             let Some(tolerance) = file.tolerance else {
                 return Err(value_error("zero", "needs a tolerance as well"));
             };
-            not_degrees("zero", zero, LARGEST_ZERO)?;
             let with_zero = tolerance.with_joint_zero(zero);
             file.tolerance = Some(with_zero.map_err(|error| value_error("zero", error))?);
         }
         let same = file == self.file;
         let own = if same {
-            self.same()
+            self.clone()
         } else {
             Self::of_file(&file, "")?
         };
@@ -138,14 +126,6 @@ impl Robot {
             Ok(own)
         } else {
             own.merged(sections)
-        }
-    }
-
-    pub(crate) fn same(&self) -> Self {
-        let Self { file, source } = self;
-        Self {
-            file: file.clone(),
-            source: source.clone(),
         }
     }
 
@@ -187,12 +167,12 @@ impl Robot {
     }
 
     /// Numbers of each row: of `q` joints, of `x` positions, in the type of the array.
-    fn each<'py, const WIDTH: usize>(
+    fn each<'py, K: Kernel<WIDTH>, const WIDTH: usize>(
         &self,
         (argument, given): (&str, &Bound<'py, PyAny>),
         shape: &[usize],
         errors: &str,
-        kernel: Option<impl Kernel<WIDTH>>,
+        point: Option<&Tool>,
         compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], NoPose> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let raise = match errors {
@@ -207,10 +187,24 @@ impl Robot {
         if given.cast::<PyArrayDyn<f32>>().is_ok() {
             let rows = in_numpy(py, "rows", (argument, given, "float32"))?;
             let rows = (argument, &rows, angles);
-            return each_row::<f32, WIDTH, _>(py, rows, shape, raise, kernel, compute);
+            return each_row::<f32, WIDTH, K, _>(
+                py,
+                rows,
+                shape,
+                raise,
+                point.and_then(|own| Lanes::of(&self.file, own)),
+                compute,
+            );
         }
         let rows = self.vectors(argument, given)?;
-        each_row::<f64, WIDTH, _>(py, (argument, &rows, angles), shape, raise, kernel, compute)
+        each_row::<f64, WIDTH, K, _>(
+            py,
+            (argument, &rows, angles),
+            shape,
+            raise,
+            point.and_then(|own| Lanes::of(&self.file, own)),
+            compute,
+        )
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -281,31 +275,16 @@ impl Robot {
         limits: &Bound<'py, PyAny>,
         stated: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
-        let lengths = [
-            ("base_radius", base_radius),
-            ("platform_radius", platform_radius),
-            ("upper_arm", upper_arm),
-            ("forearm", forearm),
-        ];
-        for (name, length) in lengths {
-            if !(length > 0.0 && length.is_finite()) {
-                let cause = format!("{length}; a length above 0 mm is needed");
-                return Err(value_error(name, cause));
-            }
-        }
         let robot = SymmetricRobot {
-            base_radius,
-            platform_radius,
-            upper_arm,
-            forearm,
+            base_radius: length("base_radius", base_radius)?,
+            platform_radius: length("platform_radius", platform_radius)?,
+            upper_arm: length("upper_arm", upper_arm)?,
+            forearm: length("forearm", forearm)?,
         };
         let robot = robot.robot().map_err(|error| value_error("robot", error))?;
         let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
         file.platform_radius = Some(platform_radius);
-        Self::of_file(&file, "")?.with(Stated {
-            limits: Some(limits.clone()),
-            ..Stated::of(py, stated)?
-        })
+        Self::of_file(&file, "")?.with(Stated::of(py, stated, &[("limits", limits)])?)
     }
 
     /// A robot of its parameters.
@@ -339,7 +318,15 @@ impl Robot {
             "linear" => Drive::Linear,
             _ => return Err(value_error("drive", "\"rotary\" or \"linear\" is needed")),
         };
-        let arms = arms_of(&Convention::usual(drive), parameters)?;
+        let more = [("parameters", parameters), ("limits", limits)];
+        let stated = Stated::of(py, stated, &more)?;
+        let Some(parameters) = &stated.parameters else {
+            return Err(value_error(
+                "parameters",
+                "an array of shape (3, 8) is needed",
+            ));
+        };
+        let arms = arms_of(&Convention::usual(drive), parameters);
         let fault = |error| value_error("parameters", error);
         let robot = match drive {
             // Upper arms of 1 mm are the scales of linear drives.
@@ -365,11 +352,7 @@ impl Robot {
             }
         };
         let file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, drive)?);
-        Self::of_file(&file, "")?.with(Stated {
-            parameters: Some(parameters.clone()),
-            limits: Some(limits.clone()),
-            ..Stated::of(py, stated)?
-        })
+        Self::of_file(&file, "")?.with(stated)
     }
 
     /// Reads a robot file, with its convention, tolerance, noise and instruments.
@@ -427,7 +410,7 @@ impl Robot {
         text_signature = "(self, *, parameters=None, limits=None, transmissions=None, tolerance=None, zero=None, noise=None, **sections)"
     )]
     fn replace<'py>(&self, py: Python<'py>, stated: Option<&Bound<'py, PyDict>>) -> PyResult<Self> {
-        self.with(Stated::of(py, stated)?)
+        self.with(Stated::of(py, stated, &[])?)
     }
 
     /// Positions of the platform point, or of a target.
@@ -454,8 +437,7 @@ impl Robot {
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, point) = (self.file.convention, self.point(target)?);
-        let kernel = Lanes::of(&self.file, &point).map(Forward);
-        self.each(("q", q), &[3], errors, kernel, |q| {
+        self.each::<Forward, 3>(("q", q), &[3], errors, Some(&point), |q| {
             let q = convention.directed(q);
             let at = match point.parallelograms {
                 None => self.pose(&q)? + point.place,
@@ -490,8 +472,7 @@ impl Robot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let point = self.point(target)?;
-        let kernel = Lanes::of(&self.file, &point).map(Inverse);
-        self.each(("x", x), &[3], errors, kernel, |x| {
+        self.each::<Inverse, 3>(("x", x), &[3], errors, Some(&point), |x| {
             let x = convention.vector(&Vector3::from(*x));
             let (q, platform) = point.joints(robot, &x)?;
             if outside(&self.file, &q) {
@@ -519,8 +500,8 @@ impl Robot {
     fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, errors: &str) -> PyResult<Bound<'py, PyAny>> {
         let convention = self.file.convention;
         let (sense, axes) = (convention.sense(), convention.axes());
-        let kernel = Lanes::of(&self.file, &self.point(None)?).map(Derivatives);
-        self.each(("q", q), &[3, 3], errors, kernel, |q| {
+        let point = self.point(None)?;
+        self.each::<Derivatives, 9>(("q", q), &[3, 3], errors, Some(&point), |q| {
             let q = convention.directed(q);
             let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
             Ok(std::array::from_fn(|place| {
@@ -563,12 +544,12 @@ impl Robot {
             Ok::<_, NoPose>((x, q, at))
         };
         if !transmissions {
-            return self.each::<72>(("q", q), &[3, 24], errors, EXACT, |q| {
+            return self.each::<Exact, 72>(("q", q), &[3, 24], errors, None, |q| {
                 let (_, _, at) = by_parameters(q)?;
                 Ok(std::array::from_fn(|place| at(place / 24, place % 24)))
             });
         }
-        self.each::<117>(("q", q), &[3, 39], errors, EXACT, |q| {
+        self.each::<Exact, 117>(("q", q), &[3, 39], errors, None, |q| {
             let (x, q, at) = by_parameters(q)?;
             let more = robot.by_transmissions(&x, &q)?;
             Ok(std::array::from_fn(|place| {
@@ -591,7 +572,7 @@ impl Robot {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let (axes, signs) = (convention.axes(), convention.rods([1.0; 4]));
         let point = convention.vector(&Vector3::from(point));
-        self.each::<36>(("q", q), &[3, 12], "nan", EXACT, |q| {
+        self.each::<Exact, 36>(("q", q), &[3, 12], "nan", None, |q| {
             let q = convention.directed(q);
             let x = self.pose(&q)?;
             let Some(rods) = &self.file.parallelograms else {
@@ -695,7 +676,7 @@ impl Robot {
     /// SHA-256 of all that the file says, 64 hexadecimal digits.
     #[getter]
     pub(crate) fn fingerprint(&self) -> String {
-        hexadecimal(Sha256::digest(self.file.to_toml("")))
+        sha256(&self.file.to_toml(""))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String))> {
@@ -733,9 +714,6 @@ pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
         .iter()
         .any(|own| *own < low - margin || *own > high + margin)
 }
-
-/// Every row is the core's.
-const EXACT: Option<Exact> = None;
 
 /// Limits of a robot before its own are stated.
 const ANY_LIMITS: (f64, f64) = (-1.0, 1.0);

@@ -1,8 +1,8 @@
 //! Samples: files, frames and arrays as tables, which the reader of samples files reads.
 
-use crate::arrays::{array, hexadecimal};
-use crate::errors::{calibrate_error, input_error, value_error};
-use crate::files::bytes_of;
+use crate::arrays::array;
+use crate::errors::{calibrate_error, in_rows, input_error, value_error};
+use crate::files::{bytes_of, dict, plain, sha256};
 use crate::robot::Robot;
 use delta_cal_host::files::columns::ColumnMapping;
 use delta_cal_host::files::input::Cells;
@@ -11,7 +11,6 @@ use nalgebra::{Matrix3, Vector3};
 use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use sha2::{Digest, Sha256};
 
 /// A table's header and first line.
 const ABOVE: u64 = 2;
@@ -72,6 +71,12 @@ impl Samples {
             in_arrays: false,
             text,
         }
+    }
+
+    /// A text of these samples.
+    pub(crate) fn words(&self, text: &str) -> String {
+        let text = plain(text);
+        if self.in_arrays { in_rows(&text) } else { text }
     }
 
     /// Of a line: of arrays the index of its row.
@@ -148,14 +153,14 @@ impl Samples {
         let number = |own: Option<f64>| own.unwrap_or(f64::NAN);
         let height = rows.iter().map(|row| number(row.value.read()[3]));
         let distance = rows.iter().map(|row| number(row.value.read()[4]));
-        let found = PyDict::new(py);
-        found.set_item("q", array(py, q.collect(), &[count, 3])?)?;
-        found.set_item("x", array(py, x.collect(), &[count, 3])?)?;
-        found.set_item("height", array(py, height.collect(), &[count])?)?;
-        found.set_item("distance", array(py, distance.collect(), &[count])?)?;
-        let lines: Vec<u64> = rows.iter().map(|row| row.line).collect();
-        found.set_item("line", numpy::PyArray1::from_vec(py, lines))?;
-        Ok(found)
+        let lines = rows.iter().map(|row| row.line).collect();
+        Ok(dict!(py,
+            "q": array(py, q.collect(), &[count, 3])?,
+            "x": array(py, x.collect(), &[count, 3])?,
+            "height": array(py, height.collect(), &[count])?,
+            "distance": array(py, distance.collect(), &[count])?,
+            "line": array(py, lines, &[count])?,
+        ))
     }
 
     /// The name of the file.
@@ -173,14 +178,10 @@ impl Samples {
     /// SHA-256 of the contents, 64 hexadecimal digits.
     #[getter]
     pub(crate) fn fingerprint(&self) -> String {
-        let mut digest = Sha256::new();
-        digest.update(self.text.sha256());
-        digest.update(self.text.beside().map_or("", InputText::sha256));
-        digest.update(self.columns.as_deref().unwrap_or_default());
-        for own in self.shapes.iter().flatten().flat_map(|own| own.iter()) {
-            digest.update(own.to_le_bytes());
-        }
-        hexadecimal(digest.finalize())
+        let beside = self.text.beside().map_or("", InputText::sha256);
+        let (own, columns) = (self.text.sha256(), self.columns.as_deref());
+        let shapes: Vec<_> = self.shapes.iter().flatten().collect();
+        sha256(&format!("{own}{beside}{columns:?}{shapes:?}"))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Again<'py, Parts<'py>>> {

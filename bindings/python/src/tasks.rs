@@ -1,9 +1,9 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
 use crate::arrays::{array, with_cores, with_cores_telling};
-use crate::calibration::{document, limit_of};
-use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
-use crate::files::{loads, plain};
+use crate::calibration::document;
+use crate::errors::{calibrate_error, in_python, input_error, length, refusal, value_error};
+use crate::files::{dict, loads, plain};
 use crate::printer::{configuration, included};
 use crate::robot::Robot;
 use crate::samples::{Samples, samples_of_bytes};
@@ -21,7 +21,7 @@ use delta_cal_host::report::{
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
 use delta_cal_host::{Frame, InputText, Options, Planned};
-use numpy::{PyArray1, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -80,20 +80,20 @@ pub(crate) fn plan<'py>(
         .flat_map(|own| convention.directed(&own.reading.joints));
     let x = rows.iter().flat_map(|own| own.position_mm);
     let json = plan_report::json(&found);
-    let dict = PyDict::new(py);
-    dict.set_item("q", array(py, q.collect(), &[rows.len(), 3])?)?;
-    dict.set_item("x", array(py, x.collect(), &[rows.len(), 3])?)?;
-    dict.set_item("csv", plan_report::csv(rows, &robot.file.convention))?;
-    dict.set_item("report", loads(py, &json)?)?;
-    dict.set_item("text", plain(&plan_report::text(&found)))?;
-    Ok(dict)
+    Ok(dict!(py,
+        "q": array(py, q.collect(), &[rows.len(), 3])?,
+        "x": array(py, x.collect(), &[rows.len(), 3])?,
+        "csv": plan_report::csv(rows, &robot.file.convention),
+        "report": loads(py, &json)?,
+        "text": plain(&plan_report::text(&found)),
+    ))
 }
 
 fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
     match error {
         PlanError::Singular | PlanError::NotDetermined { .. } | PlanError::TooAccurate { .. } => {
             let finding = ("plan", in_python(error), in_python(error.remedy()));
-            refusal(py, &[finding])
+            refusal(py, vec![finding])
         }
         _ => value_error("measure", in_python(format!("{error}\n{}", error.remedy()))),
     }
@@ -122,11 +122,11 @@ pub(crate) fn determined<'py>(
     let readings = samples.placed(file.readings);
     let found = with_cores(py, || Determined::by(&request, &readings, &unmeasured))?;
     let found = found.map_err(|error| plan_error(py, error))?;
-    let dict = PyDict::new(py);
-    dict.set_item("csv", plan_report::csv(&found.next, &robot.file.convention))?;
-    dict.set_item("report", loads(py, &plan_report::samples_json(&found))?)?;
-    dict.set_item("text", plain(&plan_report::samples_text(&found)))?;
-    Ok(dict)
+    Ok(dict!(py,
+        "csv": plan_report::csv(&found.next, &robot.file.convention),
+        "report": loads(py, &plan_report::samples_json(&found))?,
+        "text": samples.words(&plan_report::samples_text(&found)),
+    ))
 }
 
 /// Verdict, report for programs, certificate and text.
@@ -138,7 +138,7 @@ pub(crate) fn validate<'py>(
     limit: f64,
     frame: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let limit = limit_of(limit)?;
+    let limit = length("limit", limit)?;
     let stored = frame == "stored";
     let request = Request {
         limit,
@@ -157,21 +157,18 @@ pub(crate) fn validate<'py>(
     let found = found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
     let document = document(robot, samples);
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
-    let dict = PyDict::new(py);
-    dict.set_item("verdict", found.verdict.name())?;
-    dict.set_item("rms", found.rms_error.error.value)?;
-    dict.set_item("interval", found.rms_error.error.interval)?;
-    dict.set_item("largest", found.largest_error.value)?;
-    dict.set_item("confidence", found.rms_error.confidence_below_limit)?;
-    dict.set_item("deviations", PyArray1::<f64>::from_vec(py, deviations))?;
-    dict.set_item(
-        "warnings",
-        found.warnings.iter().map(in_python).collect::<Vec<_>>(),
-    )?;
-    dict.set_item("report", loads(py, &validation::json(&found, &document))?)?;
-    dict.set_item("html", validation::certificate(&found, &document))?;
-    dict.set_item("text", plain(&validation::text(&found)))?;
-    Ok(dict)
+    Ok(dict!(py,
+        "verdict": found.verdict.name(),
+        "rms": found.rms_error.error.value,
+        "interval": found.rms_error.error.interval,
+        "largest": found.largest_error.value,
+        "confidence": found.rms_error.confidence_below_limit,
+        "deviations": array(py, deviations, &[found.rows.len()])?,
+        "warnings": found.warnings.iter().map(in_python).collect::<Vec<_>>(),
+        "report": loads(py, &validation::json(&found, &document))?,
+        "html": validation::certificate(&found, &document),
+        "text": samples.words(&validation::text(&found)),
+    ))
 }
 
 /// The lines to paste, with and without the comment that says what is lost, and the report for programs.
@@ -226,14 +223,14 @@ pub(crate) fn export<'py>(
     })?;
     let found = found
         .map_err(|error| value_error("robot", in_python(format!("{error}\n{}", error.remedy()))))?;
-    let dict = PyDict::new(py);
-    dict.set_item("lines", &found.written.lines)?;
-    dict.set_item("text", found.to_text())?;
-    dict.set_item("kept", found.kept)?;
     let warnings = found.written.warnings.iter().map(in_python);
-    dict.set_item("warnings", warnings.collect::<Vec<_>>())?;
-    dict.set_item("report", loads(py, &found.to_json())?)?;
-    Ok(dict)
+    Ok(dict!(py,
+        "lines": &found.written.lines,
+        "text": found.to_text(),
+        "kept": found.kept,
+        "warnings": warnings.collect::<Vec<_>>(),
+        "report": loads(py, &found.to_json())?,
+    ))
 }
 
 /// Robot, samples, joints at the end stops, radius of the bed and notes.
@@ -256,13 +253,13 @@ pub(crate) fn import_<'py>(
         }
         None => None,
     };
-    let dict = PyDict::new(py);
-    dict.set_item("robot", Py::new(py, robot)?)?;
-    dict.set_item("samples", samples)?;
-    dict.set_item("home", found.home)?;
-    dict.set_item("bed_radius", found.bed_radius)?;
-    dict.set_item("notes", &found.notes)?;
-    Ok(dict)
+    Ok(dict!(py,
+        "robot": Py::new(py, robot)?,
+        "samples": samples,
+        "home": found.home,
+        "bed_radius": found.bed_radius,
+        "notes": &found.notes,
+    ))
 }
 
 /// The report of the workspace, its text, and its boundary as CSV.
@@ -273,12 +270,8 @@ pub(crate) fn workspace<'py>(
     tolerance: f64,
     spacing: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    for (name, length) in [("tolerance", Some(tolerance)), ("spacing", spacing)] {
-        if let Some(length) = length.filter(|own| !(*own > 0.0 && own.is_finite())) {
-            let cause = format!("{length}; a length above 0 mm is needed");
-            return Err(value_error(name, cause));
-        }
-    }
+    length("tolerance", tolerance)?;
+    spacing.map(|own| length("spacing", own)).transpose()?;
     let options = Resolution { tolerance, spacing };
     let found = with_cores(py, || Analysis::compute(&robot.file, &options, &mut |_| {}))?;
     let found = found
@@ -288,11 +281,11 @@ pub(crate) fn workspace<'py>(
     let points = points.flat_map(|own| <[f64; 3]>::from(convention.vector(&own.position)));
     let points: Vec<f64> = points.collect();
     let shape = [points.len() / 3, 3];
-    let dict = PyDict::new(py);
-    dict.set_item("boundary", array(py, points, &shape)?)?;
-    dict.set_item("report", loads(py, &workspace_report::to_json(&found))?)?;
-    dict.set_item("text", plain(&workspace_report::to_text(&found)))?;
-    Ok(dict)
+    Ok(dict!(py,
+        "boundary": array(py, points, &shape)?,
+        "report": loads(py, &workspace_report::to_json(&found))?,
+        "text": plain(&workspace_report::to_text(&found)),
+    ))
 }
 
 /// How positions of two robots differ over the workspace, for programs and for people.
@@ -304,10 +297,10 @@ pub(crate) fn compare<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let found = with_cores(py, || Comparison::of(&before.file, &after.file))?;
     let found = found.map_err(|error| input_error(&error, false))?;
-    let dict = PyDict::new(py);
-    dict.set_item("report", loads(py, &comparison::json(&found))?)?;
-    dict.set_item("text", plain(&comparison::text(&found)))?;
-    Ok(dict)
+    Ok(dict!(py,
+        "report": loads(py, &comparison::json(&found))?,
+        "text": plain(&comparison::text(&found)),
+    ))
 }
 
 /// The table of a simulated campaign, a row a robot.

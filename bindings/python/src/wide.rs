@@ -1,19 +1,24 @@
-//! As many numbers as the processor computes with in one instruction, and vectors of them.
+//! Numbers and vectors of the formulas that compilers turn into vector instructions: no branch, no call.
 
 // Coefficients are as computed.
 #![allow(clippy::excessive_precision)]
 
-use pulp::bytemuck::{Pod, cast_slice, cast_slice_mut};
-use pulp::{Interleave, Simd};
-use std::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A type of numbers that processors compute several of at once.
-pub(crate) trait Lane: Pod + Default + Send + Sync {
-    /// Numbers of several poses.
-    type Many<S: Simd>: Pod;
-    /// What holds of which of them.
-    type Mask<S: Simd>: Copy;
-
+/// Numbers of which processors compute several at once. Every function that uses them is inlined into the one that is
+/// compiled for the processor's vectors, or it would be compiled without these.
+pub(crate) trait Lane:
+    Copy
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+{
     /// Sum of c x^k, the highest power first: (sin x − x) / x³ and (cos x − 1 + x²/2) / x⁴ over x² for x up to π/2, and
     /// (asin x − x) / x³ for x up to sin(π/8), with the smallest greatest error (Remez). Of four million numbers each, sines
     /// and cosines are within 1.2 units in the last place of 1 of libm's, angles up to π within 2.5, in both types.
@@ -29,45 +34,87 @@ pub(crate) trait Lane: Pod + Default + Send + Sync {
 
     /// The nearest number.
     fn of(number: f64) -> Self;
-    fn all<S: Simd>(simd: S, number: f64) -> Self::Many<S>;
-    fn add<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
-    fn sub<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
-    fn mul<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
-    fn div<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
-    fn xor<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
-    fn and<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
-    fn min<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
-    fn max<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Many<S>;
-    fn neg<S: Simd>(simd: S, one: Self::Many<S>) -> Self::Many<S>;
-    fn abs<S: Simd>(simd: S, one: Self::Many<S>) -> Self::Many<S>;
-    fn sqrt<S: Simd>(simd: S, one: Self::Many<S>) -> Self::Many<S>;
-    fn sum<S: Simd>(simd: S, all: Self::Many<S>) -> Self;
-    fn times<S: Simd>(
-        simd: S,
-        one: Self::Many<S>,
-        by: Self::Many<S>,
-        plus: Self::Many<S>,
-    ) -> Self::Many<S>;
-    fn above<S: Simd>(simd: S, one: Self::Many<S>, other: Self::Many<S>) -> Self::Mask<S>;
-    fn both<S: Simd>(simd: S, one: Self::Mask<S>, other: Self::Mask<S>) -> Self::Mask<S>;
-    fn choose<S: Simd>(
-        simd: S,
-        mask: Self::Mask<S>,
-        yes: Self::Many<S>,
-        no: Self::Many<S>,
-    ) -> Self::Many<S>;
-    fn columns<S: Simd, T: Interleave>(simd: S, rows: T) -> T;
-    fn rows<S: Simd, T: Interleave>(simd: S, columns: T) -> T;
-    fn is_nan(self) -> bool;
+    /// `self` × by + plus, in one instruction.
+    fn times(self, by: Self, plus: Self) -> Self;
+    fn root(self) -> Self;
+    fn size(self) -> Self;
+    /// With the sign changed where that of the other is negative.
+    fn signed_by(self, other: Self) -> Self;
+
+    #[inline(always)]
+    fn nan() -> Self {
+        Self::of(f64::NAN)
+    }
+
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn polynomial(self, coefficients: &[f64]) -> Self {
+        // Odd and even powers are two chains, which the processor computes side by side.
+        let square = self * self;
+        let mut sums = [self; 2];
+        for (place, own) in coefficients.iter().enumerate() {
+            sums[place % 2] = match place {
+                0 | 1 => Self::of(*own),
+                _ => sums[place % 2].times(square, Self::of(*own)),
+            };
+        }
+        let even = (coefficients.len() + 1) % 2;
+        sums[1 - even].times(self, sums[even])
+    }
+
+    /// Sine and cosine of up to some turns: of what is left of half turns.
+    #[inline(always)]
+    fn sine_cosine(self) -> [Self; 2] {
+        let [pi, rest] = Self::PI;
+        let (whole, half, one) = (Self::of(Self::WHOLE), Self::of(0.5), Self::of(1.0));
+        let halves = self.times(Self::of(1.0 / pi), whole) - whole;
+        let rest = halves.times(Self::of(-rest), halves.times(Self::of(-pi), self));
+        // Of an odd number of half turns −1.
+        let turns = halves.times(half, whole) - whole;
+        let odd = turns.times(Self::of(-2.0), halves).size();
+        let sign = odd.times(Self::of(-2.0), one);
+        let square = rest * rest;
+        let sine = (rest * square).times(square.polynomial(Self::SINE), rest);
+        let first = square.times(-half, one);
+        let cosine = (square * square).times(square.polynomial(Self::COSINE), first);
+        [sine * sign, cosine * sign]
+    }
+
+    /// The angle of which these are sine and cosine.
+    #[inline(always)]
+    fn angle_of(self, cosine: Self) -> Self {
+        use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI};
+        let (height, width) = (self.size(), cosine.size());
+        let (small, large) = (height.smaller(width), height.larger(width));
+        // Of angles up to 45° from half of that.
+        let (sine_8, cosine_8) = FRAC_PI_8.sin_cos();
+        let y = small.times(Self::of(cosine_8), large * Self::of(-sine_8));
+        let square = y * y;
+        let angle = (y * square).times(square.polynomial(Self::ARCSINE), y) + Self::of(FRAC_PI_8);
+        let steep = Self::of(FRAC_PI_2) - angle;
+        let angle = if height > width { steep } else { angle };
+        let obtuse = Self::of(PI) - angle;
+        let angle = if cosine < Self::of(0.0) {
+            obtuse
+        } else {
+            angle
+        };
+        angle.signed_by(self)
+    }
 }
 
 macro_rules! lane {
-    ($number:ident $many:ident $mask:ident { $($constant:item)* } $splat:ident
-     $($binary:ident $of_two:ident),*; $($unary:ident $of_one:ident),*;
-     $sum:ident $times:ident $above:ident $both:ident $choose:ident $columns:ident $rows:ident) => {
+    ($number:ident { $($constant:item)* }) => {
         impl Lane for $number {
-            type Many<S: Simd> = S::$many;
-            type Mask<S: Simd> = S::$mask;
             $($constant)*
 
             #[inline(always)]
@@ -76,54 +123,26 @@ macro_rules! lane {
                 number as $number
             }
             #[inline(always)]
-            fn all<S: Simd>(simd: S, number: f64) -> S::$many {
-                simd.$splat(Self::of(number))
-            }
-            $(#[inline(always)]
-            fn $binary<S: Simd>(simd: S, one: S::$many, other: S::$many) -> S::$many {
-                simd.$of_two(one, other)
-            })*
-            $(#[inline(always)]
-            fn $unary<S: Simd>(simd: S, one: S::$many) -> S::$many {
-                simd.$of_one(one)
-            })*
-            #[inline(always)]
-            fn sum<S: Simd>(simd: S, all: S::$many) -> Self {
-                simd.$sum(all)
+            fn times(self, by: Self, plus: Self) -> Self {
+                self.mul_add(by, plus)
             }
             #[inline(always)]
-            fn times<S: Simd>(simd: S, one: S::$many, by: S::$many, plus: S::$many) -> S::$many {
-                simd.$times(one, by, plus)
+            fn root(self) -> Self {
+                self.sqrt()
             }
             #[inline(always)]
-            fn above<S: Simd>(simd: S, one: S::$many, other: S::$many) -> S::$mask {
-                simd.$above(one, other)
+            fn size(self) -> Self {
+                self.abs()
             }
             #[inline(always)]
-            fn both<S: Simd>(simd: S, one: S::$mask, other: S::$mask) -> S::$mask {
-                simd.$both(one, other)
-            }
-            #[inline(always)]
-            fn choose<S: Simd>(simd: S, mask: S::$mask, yes: S::$many, no: S::$many) -> S::$many {
-                simd.$choose(mask, yes, no)
-            }
-            #[inline(always)]
-            fn columns<S: Simd, T: Interleave>(simd: S, rows: T) -> T {
-                simd.$columns(rows)
-            }
-            #[inline(always)]
-            fn rows<S: Simd, T: Interleave>(simd: S, columns: T) -> T {
-                simd.$rows(columns)
-            }
-            #[inline(always)]
-            fn is_nan(self) -> bool {
-                self.is_nan()
+            fn signed_by(self, other: Self) -> Self {
+                Self::from_bits(self.to_bits() ^ (other.to_bits() & Self::to_bits(-0.0)))
             }
         }
     };
 }
 
-lane! { f64 f64s m64s {
+lane! { f64 {
     const SINE: &'static [f64] = &[
         2.718_487_184_001_830e-15, -7.642_712_044_228_535e-13, 1.605_892_780_187_234_7e-10, -2.505_210_660_593_047_6e-8,
         2.755_731_920_777_890_1e-6, -1.984_126_984_118_591_1e-4, 8.333_333_333_333_114e-3, -1.666_666_666_666_666_5e-1,
@@ -140,278 +159,51 @@ lane! { f64 f64s m64s {
     const WHOLE: f64 = 6_755_399_441_055_744.0;
     const PI: [f64; 2] = [std::f64::consts::PI, 1.224_646_799_147_353_2e-16];
     const CLEAR: f64 = 0.002;
-} splat_f64s add add_f64s, sub sub_f64s, mul mul_f64s, div div_f64s, xor xor_f64s, and and_f64s, min min_f64s, max max_f64s;
-  neg neg_f64s, abs abs_f64s, sqrt sqrt_f64s;
-  reduce_sum_f64s mul_add_e_f64s greater_than_f64s and_m64s select_f64s deinterleave_shfl_f64s interleave_shfl_f64s }
+} }
 
-lane! { f32 f32s m32s {
+lane! { f32 {
     const SINE: &'static [f64] = &[2.600_039_5e-6, -1.980_660_8e-4, 8.333_017e-3, -1.666_665_7e-1];
     const COSINE: &'static [f64] = &[-2.619_368e-7, 2.476_93e-5, -1.388_856_9e-3, 4.166_665_6e-2];
     const ARCSINE: &'static [f64] = &[4.086_22e-2, 4.314_309e-2, 7.508_478e-2, 1.666_651e-1];
     const WHOLE: f64 = 12_582_912.0;
     const PI: [f64; 2] = [3.141_592_741_012_573_2, -8.742_278_000_372_48e-8];
     const CLEAR: f64 = 0.01;
-} splat_f32s add add_f32s, sub sub_f32s, mul mul_f32s, div div_f32s, xor xor_f32s, and and_f32s, min min_f32s, max max_f32s;
-  neg neg_f32s, abs abs_f32s, sqrt sqrt_f32s;
-  reduce_sum_f32s mul_add_e_f32s greater_than_f32s and_m32s select_f32s deinterleave_shfl_f32s interleave_shfl_f32s }
+} }
 
-/// Numbers of several poses.
-#[derive(Clone, Copy)]
-pub(crate) struct Wide<S: Simd, N: Lane>(pub(crate) S, pub(crate) N::Many<S>);
+/// A vector of three.
+pub(crate) type Vector<N> = [N; 3];
 
-/// What holds of which of them.
-#[derive(Clone, Copy)]
-pub(crate) struct Which<S: Simd, N: Lane>(S, N::Mask<S>);
-
-impl<S: Simd, N: Lane> BitAnd for Which<S, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        Self(self.0, N::both(self.0, self.1, other.1))
-    }
-}
-
-/// Operators between numbers of several poses, and with one number.
-macro_rules! operators {
-    ($($operator:ident $name:ident),*) => {$(
-        impl<S: Simd, N: Lane> $operator for Wide<S, N> {
-            type Output = Self;
-
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                Self(self.0, N::$name(self.0, self.1, other.1))
-            }
-        }
-
-        impl<S: Simd, N: Lane> $operator<f64> for Wide<S, N> {
-            type Output = Self;
-
-            #[inline(always)]
-            fn $name(self, other: f64) -> Self {
-                Self(self.0, N::$name(self.0, self.1, N::all(self.0, other)))
-            }
-        }
-    )*};
-}
-
-operators!(Add add, Sub sub, Mul mul, Div div);
-
-impl<S: Simd, N: Lane> Neg for Wide<S, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(self.0, N::neg(self.0, self.1))
-    }
-}
-
-impl<S: Simd, N: Lane> Wide<S, N> {
-    /// The same number for all.
-    #[inline(always)]
-    pub(crate) fn all(simd: S, number: f64) -> Self {
-        Self(simd, N::all(simd, number))
-    }
-
-    /// Of rows that follow each other the first three columns.
-    #[inline(always)]
-    pub(crate) fn columns(simd: S, rows: &[[N; 4]]) -> [Self; 3] {
-        let rows: &[[N::Many<S>; 4]] = cast_slice(rows);
-        let [a, b, c, _] = N::columns(simd, rows[0]);
-        [Self(simd, a), Self(simd, b), Self(simd, c)]
-    }
-
-    /// The other way round.
-    #[inline(always)]
-    pub(crate) fn rows([a, b, c, d]: [Self; 4], into: &mut [[N; 4]]) {
-        let into: &mut [[N::Many<S>; 4]] = cast_slice_mut(into);
-        into[0] = N::rows(a.0, [a.1, b.1, c.1, d.1]);
-    }
-
-    /// `self` × by + plus, in one instruction where there is one.
-    #[inline(always)]
-    pub(crate) fn times(self, by: Self, plus: Self) -> Self {
-        Self(self.0, N::times(self.0, self.1, by.1, plus.1))
-    }
-
-    #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
-        Self(self.0, N::abs(self.0, self.1))
-    }
-
-    #[inline(always)]
-    pub(crate) fn sqrt(self) -> Self {
-        Self(self.0, N::sqrt(self.0, self.1))
-    }
-
-    #[inline(always)]
-    pub(crate) fn min(self, other: Self) -> Self {
-        Self(self.0, N::min(self.0, self.1, other.1))
-    }
-
-    #[inline(always)]
-    pub(crate) fn max(self, other: Self) -> Self {
-        Self(self.0, N::max(self.0, self.1, other.1))
-    }
-
-    #[inline(always)]
-    pub(crate) fn above(self, other: Self) -> Which<S, N> {
-        Which(self.0, N::above(self.0, self.1, other.1))
-    }
-
-    /// `self` where it holds, `other` elsewhere.
-    #[inline(always)]
-    pub(crate) fn where_it(self, holds: Which<S, N>, other: Self) -> Self {
-        Self(self.0, N::choose(self.0, holds.1, self.1, other.1))
-    }
-
-    /// With the sign changed where that of the other is negative.
-    #[inline(always)]
-    pub(crate) fn signed_by(self, other: Self) -> Self {
-        let Self(simd, own) = self;
-        let sign = N::and(simd, other.1, N::all(simd, -0.0));
-        Self(simd, N::xor(simd, own, sign))
-    }
-
-    #[inline(always)]
-    fn polynomial(self, coefficients: &[f64]) -> Self {
-        let mut sum = Self::all(self.0, coefficients[0]);
-        for own in &coefficients[1..] {
-            sum = sum.times(self, Self::all(self.0, *own));
-        }
-        sum
-    }
-
-    /// Sine and cosine of up to some turns: of what is left of half turns.
-    #[inline(always)]
-    pub(crate) fn sine_cosine(self) -> (Self, Self) {
-        let all = |number| Self::all(self.0, number);
-        let [pi, rest] = N::PI;
-        let halves = self.times(all(1.0 / pi), all(N::WHOLE)) - N::WHOLE;
-        let rest = halves.times(all(-rest), halves.times(all(-pi), self));
-        // Of an odd number of half turns −1.
-        let turns = halves.times(all(0.5), all(N::WHOLE)) - N::WHOLE;
-        let odd = turns.times(all(-2.0), halves).abs();
-        let sign = odd.times(all(-2.0), all(1.0));
-        let square = rest * rest;
-        let sine = (rest * square).times(square.polynomial(N::SINE), rest);
-        let half = square.times(all(-0.5), all(1.0));
-        let cosine = (square * square).times(square.polynomial(N::COSINE), half);
-        (sine * sign, cosine * sign)
-    }
-
-    /// The angle of which these are sine and cosine.
-    #[inline(always)]
-    pub(crate) fn angle_of(self, cosine: Self) -> Self {
-        use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI};
-        let all = |number| Self::all(self.0, number);
-        let (height, width) = (self.abs(), cosine.abs());
-        let (small, large) = (height.min(width), height.max(width));
-        // Of angles up to 45° from half of that.
-        let (sine_8, cosine_8) = FRAC_PI_8.sin_cos();
-        let y = small.times(all(cosine_8), large * -sine_8);
-        let square = y * y;
-        let angle = (y * square).times(square.polynomial(N::ARCSINE), y) + FRAC_PI_8;
-        let angle = (all(FRAC_PI_2) - angle).where_it(height.above(width), angle);
-        let angle = (all(PI) - angle).where_it(all(0.0).above(cosine), angle);
-        angle.signed_by(self)
-    }
-}
-
-/// Whether any of these is NaN.
+/// first × one + second × other + start.
 #[inline(always)]
-pub(crate) fn any_nan<S: Simd, N: Lane>(all: Wide<S, N>) -> bool {
-    N::sum(all.0, all.1).is_nan()
+pub(crate) fn sum<N: Lane>(
+    start: Vector<N>,
+    first: (Vector<N>, N),
+    second: (Vector<N>, N),
+) -> Vector<N> {
+    times(first.0, first.1, times(second.0, second.1, start))
 }
 
-/// Vectors of several poses.
-#[derive(Clone, Copy)]
-pub(crate) struct Vectors<S: Simd, N: Lane>(pub(crate) [Wide<S, N>; 3]);
-
-impl<S: Simd, N: Lane> Vectors<S, N> {
-    /// start + first × one + second × other.
-    #[inline(always)]
-    pub(crate) fn sum(
-        start: [f64; 3],
-        (first, one): ([f64; 3], Wide<S, N>),
-        (second, other): ([f64; 3], Wide<S, N>),
-    ) -> Self {
-        let all = |number| Wide::all(one.0, number);
-        let mut sum = [one; 3];
-        for axis in 0..3 {
-            let own = all(second[axis]).times(other, all(start[axis]));
-            sum[axis] = all(first[axis]).times(one, own);
-        }
-        Self(sum)
-    }
-
-    #[inline(always)]
-    pub(crate) fn dot(self, other: Self) -> Wide<S, N> {
-        let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        a.times(x, b.times(y, c * z))
-    }
-
-    /// With the same vector for all.
-    #[inline(always)]
-    pub(crate) fn along(self, [x, y, z]: [f64; 3]) -> Wide<S, N> {
-        let all = |own| Wide::all(self.0[0].0, own);
-        self.dot(Self([all(x), all(y), all(z)]))
-    }
-
-    #[inline(always)]
-    pub(crate) fn cross(self, other: Self) -> Self {
-        let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        Self([
-            b.times(z, -(c * y)),
-            c.times(x, -(a * z)),
-            a.times(y, -(b * x)),
-        ])
-    }
-
-    /// `self` × by + plus.
-    #[inline(always)]
-    pub(crate) fn times(self, by: Wide<S, N>, plus: Self) -> Self {
-        let ([a, b, c], [x, y, z]) = (self.0, plus.0);
-        Self([a.times(by, x), b.times(by, y), c.times(by, z)])
-    }
+/// a × by + plus.
+#[inline(always)]
+pub(crate) fn times<N: Lane>([a, b, c]: Vector<N>, by: N, [x, y, z]: Vector<N>) -> Vector<N> {
+    [a.times(by, x), b.times(by, y), c.times(by, z)]
 }
 
-impl<S: Simd, N: Lane> Add for Vectors<S, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        Self([a + x, b + y, c + z])
-    }
+#[inline(always)]
+pub(crate) fn less<N: Lane>([a, b, c]: Vector<N>, [x, y, z]: Vector<N>) -> Vector<N> {
+    [a - x, b - y, c - z]
 }
 
-impl<S: Simd, N: Lane> Sub for Vectors<S, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        Self([a - x, b - y, c - z])
-    }
+#[inline(always)]
+pub(crate) fn dot<N: Lane>([a, b, c]: Vector<N>, [x, y, z]: Vector<N>) -> N {
+    a.times(x, b.times(y, c * z))
 }
 
-impl<S: Simd, N: Lane> Sub<[f64; 3]> for Vectors<S, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(self, [x, y, z]: [f64; 3]) -> Self {
-        let [a, b, c] = self.0;
-        Self([a - x, b - y, c - z])
-    }
-}
-
-impl<S: Simd, N: Lane> Mul<Wide<S, N>> for Vectors<S, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, by: Wide<S, N>) -> Self {
-        let [a, b, c] = self.0;
-        Self([a * by, b * by, c * by])
-    }
+#[inline(always)]
+pub(crate) fn cross<N: Lane>([a, b, c]: Vector<N>, [x, y, z]: Vector<N>) -> Vector<N> {
+    [
+        b.times(z, -(c * y)),
+        c.times(x, -(a * z)),
+        a.times(y, -(b * x)),
+    ]
 }

@@ -304,6 +304,7 @@ def test_a_robust_fit_leaves_a_wrong_row_out(robot, measured):
     result = dc.calibrate(robot, q, wrong, robust=True)
     assert result.to_dict()["suspected_samples"] == [7]
     assert any("Row 7" in finding["text"] or "row 7" in finding["text"] for finding in result.findings)
+    assert "line 7" not in str(result).lower() and "in row" in str(result)
 
 
 def test_a_refusal_has_findings(robot, measured):
@@ -312,7 +313,12 @@ def test_a_refusal_has_findings(robot, measured):
         dc.calibrate(robot, q[:, [1, 0, 2]], x)
     findings = refused.value.findings
     assert findings[0]["kind"] == "refused" and findings[0]["remedy"]
-    assert any("exchanged" in finding["text"] for finding in findings)
+    assert any("exchanged" in finding["text"] for finding in findings) and refused.value.rows == []
+    wrong = x.copy()
+    wrong[[3, 9]] += 30
+    with pytest.raises(dc.Refused, match="robust=True") as rows:
+        dc.calibrate(robot, q, wrong)
+    assert rows.value.rows == [3, 9]
     again = pickle.loads(pickle.dumps(refused.value))
     assert again.findings == findings and str(again) == str(refused.value)
 
@@ -340,16 +346,20 @@ FAULTS = [
     (lambda q, x: (q, x), {"limit": -1}, "limit: "),
     (lambda q, x: (q, x), {"sigma": np.tile(np.ones((3, 3)), (40, 1, 1))}, "sigma: row 0 is no covariance"),
     (lambda q, x: (q, x), {"sigma": np.ones((39, 3))}, "sigma: 39 rows, and q has 40"),
+    (lambda q, x: (q, x), {"sigma": np.arange(40)}, "sigma: row 0: 0.0; an uncertainty above 0"),
     (lambda q, x: (q, x), {"method": "joint", "frame": "sensor"}, '(?s)method="joint".*method="fkm"'),
     (lambda q, x: (pd.DataFrame({"q1_deg": [1.0]}),), {}, "samples.*q2_deg"),
+    (lambda q, x: (pd.DataFrame({"angle": [1.0]}),), {}, "(?s)samples: .*angle.*read_samples takes columns"),
 ]
 
 
 @pytest.mark.parametrize(("arguments", "options", "message"), FAULTS)
 def test_an_argument_that_cannot_be_used(arguments, options, message, robot, measured):
     _, q, x = measured
-    with pytest.raises((ValueError, TypeError), match=message):
+    with pytest.raises((ValueError, TypeError), match=message) as error:
         dc.calibrate(robot, *arguments(q, x), **options)
+    # No option of the command.
+    assert "--" not in str(error.value)
 
 
 def test_files_that_cannot_be_used(tmp_path, robot):

@@ -55,6 +55,17 @@ def test_many_rows_are_those_of_single_ones(own):
     np.testing.assert_allclose(own.inverse(at, **target), own.inverse(own.forward(q)), atol=1e-9)
 
 
+@pytest.mark.parametrize(("number", "bound"), [(np.float64, 5e-12), (np.float32, 1e-4)])
+def test_nearly_stretched_arms_are_those_of_single_rows(number, bound):
+    # Of arm 1 both links point from its joint to the position, but for an angle of 1e-5 to 0.1: rounding counts by its inverse.
+    robot = ROBOT.replace(limits=(-1.5, 2.7))
+    reach = 740 * (1 - np.logspace(-11, -3, 2000)[:, None])
+    x = ([164, 0, 0] + reach * [np.cos(1.9), 0, -np.sin(1.9)]).astype(number)
+    many, single = robot.inverse(x), np.array([robot.inverse(row) for row in x])
+    np.testing.assert_allclose(many, single, atol=bound, rtol=0)
+    assert np.isfinite(single).all(axis=1).mean() > 0.3
+
+
 @pytest.mark.parametrize("rows", [slice(None), slice(10)], ids=["several at once", "each for itself"])
 def test_numbers_of_32_bits_give_such_numbers(rows):
     q = Q[rows].astype(np.float32)

@@ -26,6 +26,7 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
     assert plan.q.shape == plan.x.shape and len(plan.q) >= 12
     np.testing.assert_allclose(robot.forward(plan.q), plan.x, atol=1e-9)
     assert (np.hypot(plan.x[:, 0], plan.x[:, 1]) <= 150 + 1e-9).all()
+    assert plan._repr_html_().startswith("<pre>") and "<table>" in robot._repr_html_()
     assert plan.expected_error["relative_rms_mm"] > 0 and "12" in repr(plan) and "\n" not in repr(plan)
     assert (dc.plan(robot, 12, seed=2).q != dc.plan(robot, 12).q).any() and "P01" in dc.plan(robot, 10, names="P").csv
     with pytest.raises(ValueError, match="read-only"):
@@ -55,6 +56,26 @@ def test_a_plan_that_cannot_be(options, message, robot):
         dc.plan(robot, **options)
 
 
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda robot: dc.plan("robot.toml", 20), "robot: str"),
+        (lambda robot: dc.plan(robot, 20, within={"r": 200}), "within: dict"),
+        (lambda robot: dc.plan(robot, accuracy="fine"), "accuracy: str; a number"),
+        (lambda robot: dc.calibrate(robot, [[0, 0, 0]], [[0, 0, -400]], method=3), "method: int"),
+        (lambda robot: dc.validate(robot, [[0, 0, 0]], [[0, 0, -400]], limit="0.1"), "limit: str"),
+        (lambda robot: dc.export(robot, "klipper", home=3), "home: the joints"),
+        (lambda robot: dc.export(robot, "klipper", home="top"), "home: dtype"),
+        (lambda robot: dc.workspace(robot, tolerance="fine"), "tolerance: str"),
+        (lambda robot: dc.compare(robot, "robot.toml"), "after: str"),
+        (lambda robot: dc.simulate(robot, method=1), "method: int"),
+    ],
+)
+def test_an_argument_of_another_type_is_named(call, message, robot):
+    with pytest.raises((ValueError, TypeError), match=f"^{message}"):
+        call(robot)
+
+
 def test_from_a_data_sheet_to_a_validated_robot(robot, measured, tmp_path):
     made, q, x = measured
     rng = np.random.default_rng(3)
@@ -65,6 +86,7 @@ def test_from_a_data_sheet_to_a_validated_robot(robot, measured, tmp_path):
     assert found.passed and found.verdict == "pass" and found.interval[1] < 0.1
     off = np.linalg.norm(seen - result.robot.forward(check), axis=1)
     np.testing.assert_allclose(found.deviations, off, atol=1e-9)
+    assert not found.deviations.flags.writeable and "<iframe" in found._repr_html_()
     failed = dc.validate(robot, check, seen, limit=0.1)
     assert failed.verdict == "fail" and found and not failed
     for ending in ("html", "json", "txt"):
@@ -157,7 +179,7 @@ def test_what_rows_determine(robot, measured):
     few, many = (dc.determined(robot, {"q": q[:count], "x": x[:count]}) for count in (3, 40))
     errors = [own.to_dict()["expected_error"]["absolute_rms_mm"] for own in (few, many)]
     assert errors[1] == pytest.approx(dc.calibrate(robot, q, x).expected_error["absolute_rms_mm"], rel=0.2) and errors[0] > 3 * errors[1]
-    assert "rows 0, 1 and 2" in str(few).replace("lines", "rows") and "q1_deg" in few.csv
+    assert "rows 0, 1 and 2" in str(few) and "q1_deg" in few.csv
 
 
 def test_workspace_and_comparison(robot, measured):

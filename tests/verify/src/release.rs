@@ -180,6 +180,8 @@ empty
 "$python" -m mypy --strict "$root/bindings/python/examples"
 "$python" -m mypy --strict --package delta_cal
 "$python" -m mypy.stubtest --concise delta_cal
+package=$("$python" -c 'import delta_cal; print(delta_cal.__path__[0])')
+"$python" -m pyright --warnings --pythonpath "$python" "$package"
 "$python" "$root/bindings/python/examples/laboratory.py"
 "$python" "$root/bindings/python/examples/circles.py"
 "$python" "$root/bindings/python/examples/cluster.py" 500 2

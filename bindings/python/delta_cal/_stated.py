@@ -1,0 +1,81 @@
+"""What is stated of a robot: arguments to numbers, or to sections of its file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ._arrays import numbers
+
+
+def stated(given: Mapping[str, Any]) -> dict[str, Any]:
+    """By the names of the arguments; what is a dict or has no argument of its own is a section, as JSON."""
+    own = dict(given)
+
+    def take(name: str) -> Any:
+        return None if isinstance(own.get(name), Mapping) else own.pop(name, None)
+
+    found: dict[str, Any] = {
+        "parameters": _shaped("parameters", take("parameters"), (3, 8)),
+        "transmissions": _shaped("transmissions", take("transmissions"), (3, 5)),
+        "limits": _several("limits", take("limits"), "(smallest, largest)"),
+        "noise": _noise(take("noise")),
+        "tolerance": _several("tolerance", take("tolerance"), "(length, angle) in mm and radians"),
+        "zero": take("zero"),
+    }
+    if found["tolerance"] is not None:
+        _not_degrees("tolerance", found["tolerance"][1], 0.2)
+    if found["zero"] is not None:
+        (found["zero"],) = several("zero", found["zero"], 1, "a standard uncertainty in radians")
+        _not_degrees("zero", found["zero"], 0.6)
+    for name, value in own.items():
+        if not (value is None or isinstance(value, Mapping)):
+            raise TypeError(f"{name}: a dict is needed, of the keys that a robot file has in this section")
+    return {**found, "sections": json.dumps(own, default=np.ndarray.tolist)}
+
+
+def several(argument: str, given: Any, count: int, wanted: str) -> Any:
+    """So many numbers."""
+    array = numbers(argument, given)
+    if array.size != count:
+        raise ValueError(f"{argument}: {wanted} is needed, not {array.size} numbers")
+    return array.ravel().tolist()
+
+
+def _several(argument: str, given: Any, wanted: str) -> Any:
+    return None if given is None else several(argument, given, 2, wanted)
+
+
+def _shaped(argument: str, given: Any, shape: tuple[int, int]) -> Any:
+    if given is None:
+        return None
+    array = numbers(argument, given)
+    if array.shape != shape:
+        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape {shape} is needed")
+    return array.tolist()
+
+
+def _noise(given: Any) -> Any:
+    """σ of each coordinate, and of a joint."""
+    if given is None:
+        return None
+    wanted = "noise: (position, joint) is needed: standard uncertainties in mm and radians"
+    try:
+        position, joint = given
+        axes = numbers("noise", position).ravel().tolist()
+        own = float(joint)
+    except (TypeError, ValueError):
+        raise ValueError(wanted) from None
+    if len(axes) not in (1, 3):
+        raise ValueError(wanted)
+    return (axes * 3)[:3], own
+
+
+def _not_degrees(argument: str, angle: float, largest: float) -> None:
+    if angle > largest:
+        degrees = f"σ of {angle:g} rad is {math.degrees(angle):.0f}°, above {largest:g} rad"
+        raise ValueError(f"{argument}: {degrees}; angles are radians (numpy.deg2rad converts)")

@@ -299,13 +299,13 @@ export function samplesOf(state) {
 const OF_PRINTER = ["rods", "radius", "printed", "shrinkage"];
 
 /**
- * What is to be calibrated; `null` as long as something is missing or not yet read.
+ * What is to be calibrated, of the files that are read; `null` as long as something is missing.
  * @param {State} state
  * @returns {Calls["calibrate"]["request"] | null}
  */
 export function calibrationOf(state) {
   const robot = find(state, robotOf(state));
-  if (!robot || unread(state)) return null;
+  if (!robot) return null;
   const samples = samplesOf(state);
   if (robot.kind === "robot" && samples.length === 0) return null;
   const fields = /** @type {Record<string, any>} */ (state.fields.calibrate ?? {});
@@ -329,6 +329,6 @@ export function calibrationOf(state) {
  * @returns {Calls["calibrate"]["request"] | null}
  */
 export function due(state) {
-  const request = calibrationOf(state);
+  const request = unread(state) ? null : calibrationOf(state);
   return request && state.asked.calibrate?.key !== keyOf(state, request) ? request : null;
 }

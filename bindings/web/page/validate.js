@@ -16,6 +16,8 @@ export class Validate {
   #answer;
   /** @type {string | null} */
   #output = null;
+  /** @type {string[]} */
+  #checks = [];
 
   /** @param {import("./store.js").Store} store */
   constructor(store) {
@@ -35,15 +37,19 @@ export class Validate {
     /** @type {[string, string][]} */
     const own = output ? [[output, `${output} (this calibration)`]] : [];
     const all = [...own, ...titled(names(state, "robot"))];
-    options("validate-robot", all.length ? all : [["", "calibrate a robot first"]], output !== this.#output ? (output ?? undefined) : undefined);
+    options("validate-robot", all.length ? all : [["", "calibrate a robot first"]], output !== this.#output && !state.asked.validate ? (output ?? undefined) : undefined);
     this.#output = output;
     const used = state.asked.calibrate?.request.samples ?? [];
     const robot = choice("validate-robot").value;
     const unused = (/** @type {string[]} */ ...kinds) => titled(names(state, ...kinds).filter((name) => !used.includes(name)));
     /** @type {[string, string][]} */
     const earlier = names(state, "robot").filter((name) => name !== robot).map((name) => [name, `${name} (what changed since)`]);
-    const other = [...unused("samples", "table", "joints"), ...earlier];
-    options("validate-samples", other.length ? other : [["", "add a file"]]);
+    const checks = unused("samples", "table", "joints", "plan");
+    const other = [...checks, ...earlier];
+    // The newest is what the robot is to be checked with.
+    const added = checks.find(([name]) => !this.#checks.includes(name))?.[0];
+    this.#checks = checks.map(([name]) => name);
+    options("validate-samples", other.length ? other : [["", "add a file"]], added);
     options("validate-second", [["", "none"], ...unused("positions")]);
     const isEarlier = earlier.some(([name]) => name === choice("validate-samples").value);
     for (const own of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("#validate .of-samples"))) own.hidden = isEarlier;

@@ -86,14 +86,18 @@ test("a result goes when its files or its choices change, and only then", () => 
   const before = calibrated(having([ROBOT, SAMPLES]));
   assert.ok(before.asked.calibrate.answer);
   const bytes = new Uint8Array();
+  const reading = states.withFiles(before, [{ name: "new", bytes }]);
+  const recognised = (state, found) => states.recognised(state, { ...states.find(state, "new"), using: states.reader(state).using }, found);
   const goes = {
     "its samples are replaced": states.withFiles(before, [{ name: "samples.csv", bytes }]),
     "its samples are removed": states.without(before, "samples.csv"),
     "its robot is renamed": states.renamed(before, "robot.toml", "other.toml"),
     "an option changes": states.withFields(before, "calibrate", { robust: true }),
-    "another robot comes": states.withFiles(having([ROBOT, SAMPLES]), [{ name: "printer.cfg", bytes }]),
+    "another robot comes": recognised(reading, { kind: "printer", what: "", fault: null }),
   };
   for (const [why, after] of Object.entries(goes)) assert.equal(after.asked.calibrate, undefined, why);
+  assert.ok(reading.asked.calibrate.answer, "a file that is being read may be of no use");
+  assert.ok(recognised(reading, { kind: "samples", what: "", fault: null }).asked.calibrate.answer, "other samples");
   const validation = states.begun(before, "validate", { robot: "calibrated.toml", samples: ["samples.csv"] });
   assert.ok(states.withFields(validation, "plan", { count: "3" }).asked.calibrate, "a field of another form");
   assert.equal(states.withFields(validation, "calibrate", { robust: true }).asked.validate, undefined, "what was made of the result");

@@ -154,17 +154,10 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
         let found = others(&request, &used).map_err(|error| failure(&robot, error, json))?;
         let rows = named(found);
         let csv = report::csv(&rows, &robot.convention);
-        let text = format!(
-            "{} random poses to validate {} with, none of them in {}.\n{}",
-            request.count,
-            robot.name,
-            path.display(),
-            if output.is_none() {
-                format!("\n{csv}")
-            } else {
-                String::new()
-            },
-        );
+        let mut text = report::others(request.count, &robot.name, &path.display().to_string());
+        if output.is_none() {
+            text = format!("{text}\n{csv}");
+        }
         let json_text = crate::report::json(&rows);
         return output::deliver(&[(output, &csv), (json, &json_text)], text);
     }

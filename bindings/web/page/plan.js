@@ -115,22 +115,25 @@ function touches({ gcode, places, radius }) {
     element("div", { class: "row" }, downloadButton("touches.gcode", gcode, { first: true }), copyButton(gcode, "Copy the commands"), printButton()),
     element("div", { class: "pictures" }, view(places.map(([x, y]) => [x, y, 0]), [[-radius, -radius, 0], [radius, radius, 0]], 0, 1, `From above: ${places.length} places in their order`, radius)),
     element("pre", { tabindex: 0, "aria-label": "commands" }, gcode),
-    checklist(["x_mm,y_mm,height_mm", ...places.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)},`)].join("\n")),
+    listed(["x_mm,y_mm,height_mm", ...places.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)},`)].join("\n")),
   ];
 }
+
+/** @param {string} csv */
+const listed = (csv) => element("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "checklist" }, checklist(csv));
 
 function printButton() {
   return element("button", { type: "button", onclick: () => window.print() }, "Print the checklist");
 }
 
 /** @param {import("./delta_cal_web.js").Poses} found @returns {Node[]} */
-function poses({ text, csv, json, places, workspace }) {
+function poses({ text, csv, json, places, workspace, after }) {
   say(`${places.length} measurements planned.`);
   return [
-    element("div", { class: "row" }, downloadButton("poses.csv", csv, { type: "text/csv", first: true }), downloadButton("plan.json", json, { type: "application/json" }), printButton()),
+    element("div", { class: "row" }, downloadButton(after === null ? "check.csv" : "poses.csv", csv, { type: "text/csv", first: true }), downloadButton("plan.json", json, { type: "application/json" }), printButton()),
     element("pre", { tabindex: 0, "aria-label": "the plan in words" }, inPageWords(plain(text))),
     element("div", { class: "pictures" }, view(places, workspace, 0, 1, "From above: x to the right, y upwards"), view(places, workspace, 0, 2, "From the side: x to the right, z upwards")),
-    element("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "checklist" }, checklist(csv)),
+    listed(csv),
   ];
 }
 
@@ -193,8 +196,11 @@ function view(at, space, across, up, caption, circle) {
 
 /** @typedef {{x: number, y: number, numbers: number[]}} Label */
 
+/** @param {Label} own */
+const widthOf = ({ numbers }) => 12 + 10 * numbers.join(", ").length;
+
 /** Whether a label stands to the left of its place. @param {Label} own */
-const isLeft = ({ x }) => x > 300;
+const isLeft = (own) => own.x + widthOf(own) > 430;
 
 /** Those whose numbers would touch share a label. @param {Label[]} labels */
 function shared(labels) {
@@ -202,8 +208,7 @@ function shared(labels) {
   const found = [];
   /** @param {Label} own */
   const range = (own) => {
-    const width = 12 + 10 * own.numbers.join(", ").length;
-    return isLeft(own) ? [own.x - width, own.x + 6] : [own.x - 6, own.x + width];
+    return isLeft(own) ? [own.x - widthOf(own), own.x + 6] : [own.x - 6, own.x + widthOf(own)];
   };
   for (const own of labels) {
     const [left = 0, right = 0] = range(own);

@@ -8,7 +8,7 @@ import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import axe from "axe-core";
 import { inPageWords } from "../page/words.js";
-import { FILE, alike, command, downloaded, example, give, launch, open, same, serve, testCase, text } from "./page.mjs";
+import { FILE, ROOT, alike, command, downloaded, example, give, launch, open, same, serve, testCase, text } from "./page.mjs";
 
 let server, browser;
 
@@ -523,6 +523,27 @@ journey("an answer of Marlin's G33 calibrates with its configuration", async (pa
   same(await downloaded(page, "Download calibrated.toml"), written.file("calibrated.toml"), "calibrated.toml");
 });
 
+journey("what waits for another file says which, and a log with Marlin's settings is the answer of its Configuration.h", async (page) => {
+  await give(page, made("notes.txt", "levelled today\nagain\n"));
+  await page.locator("#result", { hasText: "Add the robot file, or the printer's configuration, of notes.txt" }).waitFor();
+  await list(page);
+  await page.getByRole("button", { name: "Remove all" }).click();
+  await give(page, example("paper-robot/robot.toml"));
+  await page.locator("#result", { hasText: "robot.toml has no samples yet" }).waitFor();
+  await page.locator("#result").getByRole("button", { name: "Plan" }).click();
+  await page.locator("#plan").waitFor();
+  await page.getByRole("tab", { name: "Calibrate" }).click();
+  const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
+  const files = [join(folder, "Configuration.h"), testCase("printers-cfg/marlin-octoprint.txt")];
+  writeFileSync(files[0], "#define DELTA_DIAGONAL_ROD 267.0\n#define DELTA_RADIUS 133.3\n#define DELTA_HEIGHT 368.5\n#define PRINTABLE_RADIUS 100\n");
+  await list(page);
+  await page.getByRole("button", { name: "Remove all" }).click();
+  await give(page, ...files);
+  await result(page);
+  const written = command(files, "calibrate", "Configuration.h", "marlin-octoprint.txt", "--output", "calibrated.toml");
+  same(await downloaded(page, "Download calibrated.toml"), written.file("calibrated.toml"), "calibrated.toml");
+});
+
 journey("a robot with targets and a tool calibrates as the command does", async (page) => {
   const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
   const files = ["robot.toml", "samples.csv"].map((name) => join(folder, name));
@@ -534,6 +555,43 @@ journey("a robot with targets and a tool calibrates as the command does", async 
   await give(page, ...files);
   await result(page);
   for (const name of ["calibrated.toml", "report.html"]) same(await downloaded(page, `Download ${name}`), written.file(name), name);
+});
+
+journey("the tutorial, from the data sheet to the certificate, as the page does it", async (page) => {
+  const blocks = text(join(ROOT, "docs/tutorial.md")).matchAll(/^```[a-z]+ (\S+)\n([^]*?)^```/gm);
+  const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
+  for (const [, name, body] of blocks) writeFileSync(join(folder, name), body);
+  const own = (...all) => all.map((name) => join(folder, name));
+  const save = async (name) => writeFileSync(join(folder, name), await downloaded(page, `Download ${name}`));
+  await give(page, ...own("robot.toml"));
+  await page.locator("#result").getByRole("button", { name: "Plan" }).click();
+  await page.getByLabel("Region").fill("r=250,z=-680..-480");
+  await page.getByLabel("Names of the rows").fill("P");
+  await page.getByLabel("Absolute error").check();
+  await page.getByRole("button", { name: "Plan", exact: true }).click();
+  await save("poses.csv");
+  await give(page, ...own("poses.csv", "tracker.csv"));
+  await page.getByRole("tab", { name: "Calibrate" }).click();
+  await page.getByRole("button", { name: "Positions in the sensor's frame" }).click();
+  await result(page);
+  assert.match(await page.locator("#verdict").innerText(), /expected to be off by 0\.075 mm/);
+  await save("calibrated.toml");
+  await page.getByRole("tab", { name: "Plan" }).click();
+  await page.getByLabel("To validate").selectOption("poses.csv");
+  await page.getByLabel("Names of the rows").fill("V");
+  await page.getByLabel("Seed").fill("7");
+  await page.getByRole("button", { name: "Plan", exact: true }).click();
+  await save("check.csv");
+  const within = ["--within", "r=250,z=-680..-480", "--frame", "sensor", "--count", "20"];
+  const plan = command(own("robot.toml", "poses.csv"), "plan", "robot.toml", "--validation", "poses.csv", ...within, "--seed", "7", "--names", "V", "--output", "check.csv");
+  same(text(own("check.csv")[0]), plan.file("check.csv"), "check.csv");
+  await give(page, ...own("check.csv", "check_tracker.csv"));
+  await page.getByRole("tab", { name: "Validate" }).click();
+  await page.locator("#validate-second option[value='check_tracker.csv']").waitFor({ state: "attached" });
+  await page.getByLabel("Limit of the rms position error").fill("0,2");
+  await page.locator("#validate-go").click();
+  const written = command(own("calibrated.toml", "check.csv", "check_tracker.csv"), "validate", "calibrated.toml", "check.csv", "check_tracker.csv", "--frame", "sensor", "--limit", "0.2mm", "--report", "certificate.html");
+  same(await downloaded(page, "Download certificate.html"), written.file("certificate.html"), "certificate.html");
 });
 
 journey("a calibration is compared with the file that it comes from", async (page) => {

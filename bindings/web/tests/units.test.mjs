@@ -53,14 +53,18 @@ function calibrated(state) {
 const ROBOT = ["robot.toml", "robot"];
 const SAMPLES = ["samples.csv", "samples"];
 const PRINTER = ["printer.cfg", "printer", false, "Printer with Klipper: 7 heights saved"];
+const NONE = "Printer with Marlin: no measurements saved";
 const CHOSEN = [
   ["robot and samples", [[ROBOT, SAMPLES]], "robot.toml", ["samples.csv"]],
   ["samples that come later do not replace those in use", [[ROBOT, SAMPLES], [["check.csv", "samples"]]], "robot.toml", ["samples.csv"]],
   ["the newest robot, with the samples beside it", [[PRINTER], [ROBOT, SAMPLES]], "robot.toml", ["samples.csv"]],
   ["a robot that can be read before a newer one that cannot", [[ROBOT, SAMPLES], [["other.toml", "robot", true]]], "robot.toml", ["samples.csv"]],
   ["joints and positions in two files", [[ROBOT, ["q.csv", "joints"], ["x.csv", "positions"]]], "robot.toml", ["q.csv", "x.csv"]],
+  ["a plan and the positions of its rows", [[ROBOT], [["poses.csv", "plan"], ["tracker.csv", "positions"]], [["check.csv", "plan"], ["again.csv", "positions"]]], "robot.toml", ["poses.csv", "tracker.csv"]],
   ["a printer's saved measurements", [[PRINTER]], "printer.cfg", []],
   ["a printer's newest answer of its console", [[PRINTER], [["console.txt", "samples"]]], "printer.cfg", ["console.txt"]],
+  ["a console's log with its configuration", [[["Configuration.h", "printer", false, NONE], ["console.log", "printer", false, NONE]]], "Configuration.h", ["console.log"]],
+  ["a console's log for itself", [[["m503.txt", "printer", false, NONE]]], "m503.txt", []],
   ["no junk in place of a printer's saved measurements", [[PRINTER, ["notes.txt", "samples", true], ["klippy.log", "samples", true]]], "printer.cfg", []],
   ["junk if there is nothing else, so that it is said why", [[ROBOT, ["notes.txt", "samples", true]]], "robot.toml", ["notes.txt"]],
 ];

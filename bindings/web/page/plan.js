@@ -30,7 +30,7 @@ export class Plan {
       store.run("plan", "plan", this.#request());
     });
     byId("plan").addEventListener("change", () => store.update((state) => dropped(dropped(state, "plan"), "curve")));
-    byId("plan-curve").addEventListener("click", () => this.#curve());
+    byId("plan-curve").addEventListener("click", () => /** @type {HTMLFormElement} */ (byId("plan")).reportValidity() && this.#curve());
   }
 
   /** @param {State} state */
@@ -64,7 +64,6 @@ export class Plan {
         shortest: choice("plan-order").value === "shortest",
         seed: number(field("plan-seed").value),
         names: field("plan-names").value.trim() || null,
-        check: used !== "",
         samples: used ? [used] : [],
       }),
     };
@@ -82,7 +81,7 @@ export class Plan {
 
   /** What so many measurements bring, one plan after the other. */
   async #curve() {
-    const request = { ...this.#request(), accuracy: null, check: false };
+    const request = { ...this.#request(), accuracy: null, samples: [] };
     /** @type {import("./state.js").Point[]} */
     const found = [];
     this.#store.update((state) => begun(state, "curve", request));

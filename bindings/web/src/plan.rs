@@ -32,8 +32,6 @@ pub(crate) struct Request {
     seed: Option<u64>,
     /// As `--names`.
     names: Option<String>,
-    /// Whether the samples of the request are a calibration's, and what is planned is to validate it.
-    check: bool,
 }
 
 #[derive(Debug, Serialize, Tsify)]
@@ -68,7 +66,7 @@ pub(crate) struct Touches {
     radius: f64,
 }
 
-/// `of`: the robot, the frame, and the samples that a validation is not to repeat.
+/// `of`: the robot, the frame, and the samples of a calibration that the poses are to validate.
 pub(crate) fn run(
     files: &Folder,
     of: &inputs::Request,
@@ -128,10 +126,7 @@ fn poses(
     let impossible = |error: PlanError| Fault::refused(error.to_string(), error.remedy());
     let named = |rows| labelled(rows, request.names.as_deref(), 1);
     let expected = |own: &Precision| own.of(request.absolute);
-    let (rows, text, rows_json, before, after) = if request.check {
-        let used = of.samples(files)?.ok_or_else(|| {
-            Fault::new("the calibration's samples are missing", "choose their file")
-        })?;
+    let (rows, text, rows_json, before, after) = if let Some(used) = of.samples(files)? {
         let joints = read_joints(&used, robot)?.into_iter().map(|row| row.value);
         let rows = named(others(&wanted, &joints.collect::<Vec<_>>()).map_err(impossible)?);
         let text = report::others(wanted.count, &robot.name, used.name());

@@ -2,7 +2,7 @@
 
 use crate::fault::Fault;
 use crate::folder::Folder;
-use crate::inputs::{Machine, Request, is_robot_file};
+use crate::inputs::{Machine, Request};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal_host::files::samples_file::Kind as Measured;
 use delta_cal_host::import::{Firmware, Imported, Stated, lengths, touched};
@@ -73,7 +73,7 @@ fn settings(files: &Folder, name: &str) -> Option<Found> {
         Ok(text) => text,
         Err(error) => return Some((Kind::Unusable, "Not a text file".to_owned(), Some(error))),
     };
-    if is_robot_file(&text) {
+    if text.is_robot() {
         return Some(match files.robot(name) {
             Ok(robot) => (Kind::Robot, of_robot(&robot), None),
             Err(error) => (Kind::Robot, "Robot file".to_owned(), Some(error)),

@@ -188,6 +188,12 @@ impl InputText {
         &self.text
     }
 
+    /// Whether this is a robot file, by its ending or by a section that every robot file has.
+    pub fn is_robot(&self) -> bool {
+        let mut lines = self.text.lines();
+        self.name.ends_with(".toml") || lines.any(|line| line.trim_start().starts_with("[joints]"))
+    }
+
     /// SHA-256 of the file's original bytes, in hexadecimal, as `sha256sum` prints it; of columns that of header and numbers.
     pub fn sha256(&self) -> &str {
         &self.sha256

@@ -36,7 +36,7 @@ export class Plan {
   /** @param {State} state */
   show(state) {
     const all = robots(state);
-    options("plan-robot", all.length ? titled(all) : [["", "add a robot file, or make one under New robot"]], this.#kind ? undefined : robotOf(state));
+    options("plan-robot", all.length ? titled(all) : [["", "add or make a robot file"]], this.#kind ? undefined : robotOf(state));
     options("plan-check", [["", "no: to calibrate"], ...titled(tables(state))]);
     const kind = find(state, choice("plan-robot").value)?.kind ?? "";
     if (kind !== this.#kind) field("plan-count").value = kind === "printer" ? "16" : "20";

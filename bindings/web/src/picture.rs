@@ -53,14 +53,9 @@ pub(crate) fn skeleton(
 fn arms(robot: &Robot<f64>, joints: [f64; 3]) -> Option<Arms> {
     let platform = robot.forward(&joints).ok()?;
     let arms = robot.arms();
-    let [one, two, three] = joints;
     Some(Arms {
         shoulders: arms.each_ref().map(|arm| arm.d().into()),
-        elbows: [
-            arms[0].elbow(one).into(),
-            arms[1].elbow(two).into(),
-            arms[2].elbow(three).into(),
-        ],
+        elbows: std::array::from_fn(|arm| arms[arm].elbow(joints[arm]).into()),
         platform: platform.into(),
     })
 }

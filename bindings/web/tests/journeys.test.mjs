@@ -710,7 +710,7 @@ for (const call of ["recognise", "calibrate"]) {
     const page = await context.newPage();
     await page.route("**/worker.js", async (route) => {
       const response = await route.fetch();
-      const program = (await response.text()).replace(/const begin ?=/, `if (call === "${call}" && values.join().includes("bad.toml")) throw new WebAssembly.RuntimeError("unreachable");\nconst begin =`);
+      const program = (await response.text()).replace(/(const|let) begin ?=/, `if (call === "${call}" && values.join().includes("bad.toml")) throw new WebAssembly.RuntimeError("unreachable");\n$1 begin =`);
       return route.fulfill({ response, body: program });
     });
     await page.goto(server.address);

@@ -43,7 +43,7 @@ writeFileSync(join(TYPES, "calibration.d.ts"), `export type Report = ${typed(sch
 
 const module = join(DIST, "delta_cal_web_bg.wasm");
 const features = ["--enable-bulk-memory", "--enable-nontrapping-float-to-int", "--enable-sign-ext", "--enable-mutable-globals", "--enable-reference-types", "--enable-multivalue", "--enable-simd"];
-run("node", join(HERE, "node_modules/binaryen/bin/wasm-opt"), "-Os", ...features, module, "-o", module);
+run("node", join(HERE, "node_modules/binaryen/bin/wasm-opt"), "-Os", "-Os", "--strip-producers", ...features, module, "-o", module);
 const optimised = readFileSync(module);
 const packed = Uint8Array.from(lzma.LZMA.compress(optimised, 9));
 if (!optimised.equals(unpacked(packed))) throw new Error("the program is not what was packed");
@@ -97,7 +97,7 @@ function typed({ type, properties, items, anyOf, enum: values }) {
 /** Two scripts in place of all modules, without what only people read. Names stay, so that an error says where it is. */
 async function bundled() {
   const entries = ["app.js", "worker.js"].map((name) => join(DIST, name));
-  await bundler.build({ entryPoints: [...entries, join(DIST, "style.css")], bundle: true, format: "esm", minifyWhitespace: true, outdir: DIST, allowOverwrite: true });
+  await bundler.build({ entryPoints: [...entries, join(DIST, "style.css")], bundle: true, format: "esm", minifyWhitespace: true, minifySyntax: true, outdir: DIST, allowOverwrite: true });
   const kept = ["app.js", "worker.js", "sw.js"];
   for (const name of readdirSync(DIST).filter((name) => name.endsWith(".js") && !kept.includes(name))) rmSync(join(DIST, name));
 }

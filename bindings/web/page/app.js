@@ -58,6 +58,12 @@ for (const button of /** @type {NodeListOf<HTMLElement>} */ (document.querySelec
   });
 }
 
+// A field of numbers takes nothing else, and its form is not sent.
+for (const own of /** @type {NodeListOf<HTMLInputElement>} */ (document.querySelectorAll("form input[inputmode], #export-home"))) {
+  own.pattern = "[\\d.,;+\\-\\s]*";
+  own.title = "a number";
+}
+
 const tabs = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("[role=tab]")]);
 
 /** @param {string} name */

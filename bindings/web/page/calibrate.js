@@ -5,7 +5,7 @@ import { list, number } from "./numbers.js";
 import { bedFigure, samplesFigure } from "./pictures.js";
 import { reportElement } from "./report.js";
 import { robotFigure } from "./robot3d.js";
-import { find, isMeasured, outputOf, robotOf, robots, samplesOf, tables, withFields } from "./state.js";
+import { calibrationOf, find, isMeasured, measurementsOf, outputOf, robotOf, robots, samplesOf, tables, unread, withFields } from "./state.js";
 import { verdict } from "./verdict.js";
 import { FIELDS, WITHOUT_MEASUREMENTS } from "./words.js";
 
@@ -32,6 +32,8 @@ export class Calibrate {
   #open;
   /** @type {Answer | null | undefined} */
   #shown;
+  #missed = "";
+  #said = "";
 
   /**
    * @param {import("./store.js").Store} store
@@ -62,7 +64,7 @@ export class Calibrate {
     const all = robots(state);
     options("robot", all.length ? titled(all) : [["", "add a robot file"]], robot?.name ?? "");
     const none = printer ? "saved in the configuration" : "add a samples file";
-    const those = titled(tables(state));
+    const those = titled(measurementsOf(state).map((own) => own.name));
     options("samples", printer || !those.length ? [["saved", none], ...those] : those, samples[0] ?? "saved");
     options("second", [["", "none"], ...those], samples[1] ?? "");
     byId("printer-options").hidden = !printer;
@@ -70,11 +72,26 @@ export class Calibrate {
     const from = samples.join(" and ") || (isMeasured(robot) ? "the measurements saved in it" : "no measurements yet");
     byId("chosen").textContent = robot ? `${robot.name}, with ${from}. Options` : "Options";
     const answer = state.asked.calibrate?.answer ?? null;
-    if (answer === this.#shown) return;
-    this.#shown = answer;
-    if (!answer) byId("result").replaceChildren();
+    const missing = missingOf(state);
+    if (answer === this.#shown && missing === this.#missed) return;
+    [this.#shown, this.#missed] = [answer, missing];
+    if (!answer) this.#missing(missing, state);
     else if (answer.Err) this.#fault(answer.Err);
     else this.#result(state, answer.Ok, answer.milliseconds ?? 0);
+  }
+
+  /** Says what is to be added before anything can be calibrated. @param {string} missing @param {State} state */
+  #missing(missing, state) {
+    if (byId("status").textContent === this.#said) say("");
+    const [tab, label] = robotOf(state) ? ["plan", "Plan"] : ["new", "New robot"];
+    const way = element("button", { type: "button", onclick: () => this.#open(tab) }, label);
+    byId("result").replaceChildren(...(missing ? [element("p", {}, missing, " ", way)] : []));
+  }
+
+  /** @param {string} text */
+  #say(text) {
+    this.#said = text;
+    say(text);
   }
 
   /** @param {Fault} fault */
@@ -82,16 +99,21 @@ export class Calibrate {
     const said = `${fault.message} ${fault.diagnosis ?? ""} ${fault.remedy ?? ""}`;
     /** @type {(label: string, onclick: () => void) => HTMLElement} */
     const button = (label, onclick) => element("button", { type: "button", onclick }, label);
-    const actions = FIELDS.filter(([option]) => said.includes(option)).map(([, id, label, value]) => button(label, () => this.#set(id, value)));
+    const named = FIELDS.filter(([option]) => said.includes(option));
+    const actions = named.map(([, id, label, value]) => button(label, () => this.#set(id, value)));
     const { file } = fault;
-    if (file && find(this.#store.state, file)) actions.unshift(button(`Fix ${file}`, () => this.#files.edit(file, fault.line)));
+    if (file && find(this.#store.state, file)) {
+      // An option whose value is known helps at once.
+      const at = named.filter(([, , , value]) => value !== undefined).length;
+      actions.splice(at, 0, button(`Fix ${file}`, () => this.#files.edit(file, fault.line)));
+    }
     if (WITHOUT_MEASUREMENTS.test(said)) {
       actions.unshift(button("Type heights", () => this.#files.heights.open()));
       actions.unshift(button("Plan touches", () => this.#open("plan")));
     }
     if (fault.json) actions.push(downloadButton("refusal.json", fault.json, { type: "application/json" }));
     byId("result").replaceChildren(faultBox(fault, ...actions));
-    say(fault.refused ? "Refused." : "Error.");
+    this.#say(fault.refused ? "Refused." : "Error.");
   }
 
   /** @param {string} id @param {string | boolean | undefined} value */
@@ -113,7 +135,8 @@ export class Calibrate {
     const { good, crash, sentences, warnings, notes, next } = verdict(found);
     const request = state.asked.calibrate?.request ?? {};
     const { paste, toml, html, json, report } = found;
-    const primary = paste ? copyButton(paste, "Copy the lines", true) : downloadButton(output, toml, { first: !report.printer });
+    // A printer whose lines are to stay needs no file.
+    const primary = paste ? copyButton(paste, "Copy the lines", true) : !report.printer && downloadButton(output, toml, { first: true });
     const then = { plan: "Plan touches", validate: "Check it" };
     const shown = warnings.slice(0, WARNINGS).map((own) => element("li", {}, own));
     const more = warnings.length - shown.length;
@@ -125,7 +148,7 @@ export class Calibrate {
         ...sentences.map((own) => element("p", {}, own)),
         ...notes.map((own) => element("p", { class: "note" }, own)),
         shown.length > 0 && element("div", { class: "fault" }, element("strong", {}, warnings.length === 1 ? "A warning:" : `${warnings.length} warnings:`), element("ul", {}, ...shown), more > 0 && `${more} more in the report.`),
-        element("div", { class: "row" }, primary, next && element("button", { type: "button", onclick: () => this.#open(next) }, then[next])),
+        element("div", { class: "row" }, primary, next && element("button", { type: "button", class: !primary && "first", onclick: () => this.#open(next) }, then[next])),
       ),
       found.bed ? bedFigure(found.bed) : samplesFigure(report.samples),
     ];
@@ -149,8 +172,17 @@ export class Calibrate {
       ),
     );
     byId("result").replaceChildren(...parts.filter((own) => own !== null));
-    say(`Calibrated from ${request.samples?.join(" and ") || request.robot} in ${milliseconds.toFixed(0)} ms.`);
+    this.#say(`Calibrated from ${request.samples?.join(" and ") || request.robot} in ${milliseconds.toFixed(0)} ms.`);
   }
+}
+
+/** What is to be added to the files; empty where there is enough, or nothing yet. @param {State} state */
+function missingOf(state) {
+  if (unread(state) || calibrationOf(state)) return "";
+  const robot = robotOf(state);
+  if (robot) return `${robot} has no samples yet: add their file, or plan what to measure.`;
+  const others = tables(state);
+  return others.length ? `Add the robot file, or the printer's configuration, of ${others.join(" and ")}.` : "";
 }
 
 /**

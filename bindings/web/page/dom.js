@@ -145,9 +145,10 @@ export function folded(title, attributes, ...children) {
 /**
  * What is wrong: cause, place, remedy, and buttons to where it can be mended.
  * @param {import("./state.js").Fault} fault
- * @param {...Node} actions
+ * @param {...HTMLElement} actions the first of them is the usual one
  */
 export function faultBox(fault, ...actions) {
+  actions[0]?.classList.add("first");
   const [message, diagnosis, remedy] = [fault.message, fault.diagnosis, fault.remedy].map((own) => inPageWords(own ?? ""));
   return element(
     "div",

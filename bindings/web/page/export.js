@@ -75,6 +75,8 @@ export class Export {
     if (!answer) return byId("exported").replaceChildren();
     if (answer.Err) return byId("exported").replaceChildren(faultBox(answer.Err));
     const { text, summary, json } = answer.Ok;
+    // They begin with the summary as their comment.
+    const lines = text.replace(/^([#;].*\n)+/, "");
     const { target } = request ?? {};
     byId("exported").replaceChildren(
       element(
@@ -86,7 +88,7 @@ export class Export {
       ),
       element("pre", { tabindex: 0, "aria-label": "what is kept and lost" }, inPageWords(summary)),
       element("h3", {}, "Lines for the controller"),
-      element("pre", { id: "lines", tabindex: 0, "aria-label": "lines for the controller" }, inPageWords(shortened(text))),
+      element("pre", { id: "lines", tabindex: 0, "aria-label": "lines for the controller" }, inPageWords(shortened(lines))),
     );
   }
 }

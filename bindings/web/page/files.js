@@ -121,11 +121,11 @@ export class FileList {
         element("strong", {}, own.name),
         element("span", { class: "what" }, own.what),
         element("span", { class: "space" }),
-        this.#button("Edit", own, () => this.edit(own.name)),
+        own.kind !== "unusable" && this.#button("Edit", own, () => this.edit(own.name)),
         this.#button("Save", own, () => download(own.name, /** @type {BlobPart} */ (own.bytes))),
         this.#button("Remove", own, () => this.#store.update((state) => without(state, own.name))),
       ),
-      own.fault && faultBox(own.fault, this.#button("Fix", own, () => this.edit(own.name, own.fault?.line))),
+      own.fault && faultBox(own.fault, ...(own.kind === "unusable" ? [] : [this.#button("Fix", own, () => this.edit(own.name, own.fault?.line))])),
     );
   }
 

@@ -186,9 +186,9 @@ function towers(value, lit) {
     return shape("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], class: kind });
   };
   /** @param {number} x @param {number} y @param {string} text */
-  const label = (x, y, text, dx = 8) => {
+  const label = (x, y, text, dx = 8, dy = 0) => {
     const own = at(x, y);
-    return shape("text", { x: own[0] + dx, y: own[1] }, text);
+    return shape("text", { x: own[0] + dx, y: own[1] + dy }, text);
   };
   return shape(
     "svg",
@@ -197,7 +197,7 @@ function towers(value, lit) {
     line(0, 0, radius, 0, "grid"),
     group("min_mm", line(radius * 0.95, low, radius * 1.05, low), label(radius, low, "smallest travel")),
     group("max_mm", line(radius * 0.95, high, radius * 1.05, high), label(radius, high, "largest travel")),
-    group("tower_radius_mm", line(0, nozzle, radius, nozzle, "dimension"), label(radius / 3, nozzle, "tower radius", -10)),
+    group("tower_radius_mm", line(0, nozzle, radius, nozzle, "dimension"), label(0, nozzle, "tower radius", -50, 20)),
     group("forearm_mm", line(radius, carriage, 0, nozzle), label(radius / 2, (carriage + nozzle) / 2, "rod", -40)),
   );
 }

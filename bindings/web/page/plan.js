@@ -3,7 +3,7 @@
 import { chart } from "./chart.js";
 import { byId, choice, copyButton, downloadButton, element, faultBox, field, options, plain, say, shape, titled } from "./dom.js";
 import { number } from "./numbers.js";
-import { dropped, ended, begun, find, robotOf, robots } from "./state.js";
+import { dropped, ended, begun, find, robotOf, robots, tables } from "./state.js";
 import { inPageWords } from "./words.js";
 
 /** @typedef {import("./state.js").State} State */
@@ -30,13 +30,14 @@ export class Plan {
       store.run("plan", "plan", this.#request());
     });
     byId("plan").addEventListener("change", () => store.update((state) => dropped(dropped(state, "plan"), "curve")));
-    byId("plan-curve").addEventListener("click", () => this.#curve());
+    byId("plan-curve").addEventListener("click", () => /** @type {HTMLFormElement} */ (byId("plan")).reportValidity() && this.#curve());
   }
 
   /** @param {State} state */
   show(state) {
     const all = robots(state);
-    options("plan-robot", all.length ? titled(all) : [["", "add a robot file, or make one under New robot"]], this.#kind ? undefined : robotOf(state));
+    options("plan-robot", all.length ? titled(all) : [["", "add or make a robot file"]], this.#kind ? undefined : robotOf(state));
+    options("plan-check", [["", "no: to calibrate"], ...titled(tables(state))]);
     const kind = find(state, choice("plan-robot").value)?.kind ?? "";
     if (kind !== this.#kind) field("plan-count").value = kind === "printer" ? "16" : "20";
     this.#kind = kind;
@@ -50,6 +51,7 @@ export class Plan {
   #request() {
     const [measure, frame] = choice("plan-measure").value.split("|");
     const printer = this.#kind === "printer";
+    const used = choice("plan-check").value;
     return {
       robot: choice("plan-robot").value,
       count: number(field("plan-count").value),
@@ -60,6 +62,9 @@ export class Plan {
         within: field("plan-within").value.trim() || null,
         absolute: field("plan-absolute").checked,
         shortest: choice("plan-order").value === "shortest",
+        seed: number(field("plan-seed").value),
+        names: field("plan-names").value.trim() || null,
+        samples: used ? [used] : [],
       }),
     };
   }
@@ -76,7 +81,7 @@ export class Plan {
 
   /** What so many measurements bring, one plan after the other. */
   async #curve() {
-    const request = { ...this.#request(), accuracy: null };
+    const request = { ...this.#request(), accuracy: null, samples: [] };
     /** @type {import("./state.js").Point[]} */
     const found = [];
     this.#store.update((state) => begun(state, "curve", request));
@@ -85,7 +90,7 @@ export class Plan {
       this.#waiting.progress(`Planning ${count} measurements, ${index + 1} of ${COUNTS.length}`);
       const { Ok, Err } = (await answer) ?? {};
       if (this.#store.state.asked.curve?.request !== request || Err?.message === "stopped") break;
-      if (Ok && "after" in Ok) found.push({ count, before: Ok.before, after: Ok.after });
+      if (Ok && "after" in Ok && Ok.after !== null) found.push({ count, before: Ok.before, after: Ok.after });
       const so = Err && !found.length ? { Err } : { Ok: [...found] };
       this.#store.update((state) => ended(state, "curve", request, so));
     }
@@ -109,21 +114,25 @@ function touches({ gcode, places, radius }) {
     element("div", { class: "row" }, downloadButton("touches.gcode", gcode, { first: true }), copyButton(gcode, "Copy the commands"), printButton()),
     element("div", { class: "pictures" }, view(places.map(([x, y]) => [x, y, 0]), [[-radius, -radius, 0], [radius, radius, 0]], 0, 1, `From above: ${places.length} places in their order`, radius)),
     element("pre", { tabindex: 0, "aria-label": "commands" }, gcode),
+    listed(["x_mm,y_mm,height_mm", ...places.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)},`)].join("\n")),
   ];
 }
+
+/** @param {string} csv */
+const listed = (csv) => element("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "checklist" }, checklist(csv));
 
 function printButton() {
   return element("button", { type: "button", onclick: () => window.print() }, "Print the checklist");
 }
 
 /** @param {import("./delta_cal_web.js").Poses} found @returns {Node[]} */
-function poses({ text, csv, json, places, workspace }) {
+function poses({ text, csv, json, places, workspace, after }) {
   say(`${places.length} measurements planned.`);
   return [
-    element("div", { class: "row" }, downloadButton("poses.csv", csv, { type: "text/csv", first: true }), downloadButton("plan.json", json, { type: "application/json" }), printButton()),
+    element("div", { class: "row" }, downloadButton(after === null ? "check.csv" : "poses.csv", csv, { type: "text/csv", first: true }), downloadButton("plan.json", json, { type: "application/json" }), printButton()),
     element("pre", { tabindex: 0, "aria-label": "the plan in words" }, inPageWords(plain(text))),
     element("div", { class: "pictures" }, view(places, workspace, 0, 1, "From above: x to the right, y upwards"), view(places, workspace, 0, 2, "From the side: x to the right, z upwards")),
-    element("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "checklist" }, checklist(csv)),
+    listed(csv),
   ];
 }
 
@@ -169,20 +178,47 @@ function view(at, space, across, up, caption, circle) {
     }
   }
   drawing.append(shape("polyline", { points: at.map((own) => place(own).join(",")).join(" "), class: "way", "stroke-width": 0.7 }));
-  /** Those so near to each other that their numbers would touch share a label. @type {{x: number, y: number, numbers: number[]}[]} */
+  /** @type {Label[]} */
   const labels = [];
   for (const [index, own] of at.entries()) {
     const [x = 0, y = 0] = place(own);
     drawing.append(shape("circle", { cx: x, cy: y, r: 4, class: "is" }, shape("title", {}, `${index + 1}: ${own.map((value) => value.toFixed(1)).join(", ")} mm`)));
-    const near = labels.find((label) => Math.abs(label.x - x) < 22 && Math.abs(label.y - y) < 16);
-    if (near) near.numbers.push(index + 1);
-    else labels.push({ x, y, numbers: [index + 1] });
+    labels.push({ x, y, numbers: [index + 1] });
   }
-  for (const { x, y, numbers } of labels) {
-    const left = x > 300;
+  for (const own of shared(shared(labels))) {
+    const { x, y, numbers } = own;
+    const left = isLeft(own);
     drawing.append(shape("text", { x: left ? x - 6 : x + 6, y: y + 4, "text-anchor": left && "end" }, numbers.join(", ")));
   }
   return element("figure", {}, drawing, element("figcaption", {}, circle ? `${caption}.` : `${caption}; grey: the workspace.`));
+}
+
+/** @typedef {{x: number, y: number, numbers: number[]}} Label */
+
+/** @param {Label} own */
+const widthOf = ({ numbers }) => 12 + 10 * numbers.join(", ").length;
+
+/** Whether a label stands to the left of its place. @param {Label} own */
+const isLeft = (own) => own.x + widthOf(own) > 430;
+
+/** Those whose numbers would touch share a label. @param {Label[]} labels */
+function shared(labels) {
+  /** @type {Label[]} */
+  const found = [];
+  /** @param {Label} own */
+  const range = (own) => {
+    return isLeft(own) ? [own.x - widthOf(own), own.x + 6] : [own.x - 6, own.x + widthOf(own)];
+  };
+  for (const own of labels) {
+    const [left = 0, right = 0] = range(own);
+    const near = found.find((other) => {
+      const [from = 0, to = 0] = range(other);
+      return Math.abs(other.y - own.y) < 18 && from < right && left < to;
+    });
+    if (near) near.numbers = [...near.numbers, ...own.numbers].sort((one, other) => one - other);
+    else found.push({ ...own });
+  }
+  return found;
 }
 
 /** The samples file as a table with a box to tick. @param {string} csv */

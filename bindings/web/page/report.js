@@ -2,6 +2,10 @@
 
 import { inPageWords } from "./words.js";
 
+/** The text of figures keeps its size, and tables fit the page, which is narrower than the report's. */
+const OWN = `
+@media screen { figure svg { min-width: 36rem } .views { display: block } .views svg { max-width: 36rem } .wide :is(th, td) { padding: .12rem .3rem } }
+@media print { .scroll table { font-size: 7pt } .scroll :is(th, td) { padding: 0 .3em } }`;
 /** Sections, rows of a table or marks of a figure that are added at once: a long report does not hold the page. */
 const [SECTIONS, AT_ONCE] = [2, 100];
 
@@ -11,10 +15,7 @@ export function reportElement(html, label) {
   const style = /<style>([^]*?)<\/style>/.exec(html)?.[1] ?? "";
   const main = /<main>([^]*)<\/main>/.exec(html)?.[1] ?? "";
   const sheet = new CSSStyleSheet();
-  sheet.replaceSync(style.replaceAll(":root", ":host").replace(/\bbody\b/g, ".page").replace(/^main\b/gm, ".page"));
-  // The text of its figures keeps its size.
-  sheet.insertRule("@media screen { figure { overflow-x: auto } figure svg { min-width: 36rem } }");
-  sheet.insertRule("@media print { .scroll { overflow: visible } .scroll table { font-size: 7pt } .scroll th, .scroll td { padding: 0 .3em } }");
+  sheet.replaceSync(style.replaceAll(":root", ":host").replace(/\bbody\b/g, ".page").replace(/^main\b/gm, ".page") + OWN);
   const host = document.createElement("div");
   host.className = "report";
   host.setAttribute("role", "region");

@@ -32,7 +32,7 @@ export class Simulate {
   /** @param {State} state */
   show(state) {
     const robots = names(state, "robot");
-    options("simulate-robot", robots.length ? titled(robots) : [["", "add a robot file, or make one under New robot"]]);
+    options("simulate-robot", robots.length ? titled(robots) : [["", "add or make a robot file"]]);
     const answer = state.asked.simulate?.answer ?? null;
     if (answer === this.#answer) return;
     this.#answer = answer;

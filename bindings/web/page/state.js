@@ -230,7 +230,8 @@ function newest(files) {
 }
 
 /**
- * The robot that is calibrated: the chosen one, or the newest that can be read.
+ * The robot that is calibrated: the chosen one, or the newest that can be read; a console's log only where there is no
+ * configuration that it may be the answer of.
  * @param {State} state
  * @returns {string}
  */
@@ -238,7 +239,9 @@ export function robotOf(state) {
   const all = state.files.filter((own) => ROBOTS.includes(own.kind));
   const chosen = all.find((own) => own.name === state.fields.calibrate?.robot);
   const readable = all.filter((own) => !own.fault);
-  return (chosen ?? newest(readable) ?? newest(all))?.name ?? "";
+  const own = newest(readable);
+  const configured = own && isLog(own) && newest(readable.filter((file) => file.kind === "printer" && !isLog(file) && !isMeasured(file)));
+  return (chosen ?? (configured || own) ?? newest(all))?.name ?? "";
 }
 
 /**
@@ -265,6 +268,15 @@ export function unread(state) {
 /** @param {File} file */
 const isTable = (file) => TABLES.includes(file.kind);
 
+/** Whether a printer's settings are in the log of its console, which may hold its answers too. @param {File} own */
+const isLog = (own) => own.kind === "printer" && /\.(txt|log)$/i.test(own.name);
+
+/**
+ * What can be chosen as the measurements of a robot.
+ * @param {State} state
+ */
+export const measurementsOf = (state) => state.files.filter((own) => isTable(own) || (isLog(own) && own.name !== robotOf(state)));
+
 /**
  * Whether a configuration holds measurements.
  * @param {File | undefined} file
@@ -282,13 +294,13 @@ export function isMeasured(file) {
 export function samplesOf(state) {
   const robot = find(state, robotOf(state));
   const fields = state.fields.calibrate ?? {};
-  const all = state.files.filter((own) => own.kind !== "unread" && isTable(own));
+  const all = measurementsOf(state);
   const chosen = [fields.samples, fields.second].map((name) => all.find((own) => own.name === name)?.name);
   if (chosen[0] || fields.samples === "saved") return chosen.filter((own) => own !== undefined);
   const readable = all.filter((own) => own.kind === "samples" && !own.fault);
-  const [joints, positions] = [names(state, "joints")[0], names(state, "positions")[0]];
+  const [joints, positions] = [names(state, "joints", "plan")[0], names(state, "positions")[0]];
   let own;
-  if (robot?.kind === "printer") own = newest(readable);
+  if (robot?.kind === "printer") own = newest(readable) ?? (isMeasured(robot) ? undefined : newest(all.filter(isLog)));
   else own = readable.find((file) => file.batch === robot?.batch) ?? readable[0];
   if (own) return [own.name, chosen[1]].filter((name) => name !== undefined);
   if (joints && positions) return [joints, positions];
@@ -299,13 +311,13 @@ export function samplesOf(state) {
 const OF_PRINTER = ["rods", "radius", "printed", "shrinkage"];
 
 /**
- * What is to be calibrated; `null` as long as something is missing or not yet read.
+ * What is to be calibrated, of the files that are read; `null` as long as something is missing.
  * @param {State} state
  * @returns {Calls["calibrate"]["request"] | null}
  */
 export function calibrationOf(state) {
   const robot = find(state, robotOf(state));
-  if (!robot || unread(state)) return null;
+  if (!robot) return null;
   const samples = samplesOf(state);
   if (robot.kind === "robot" && samples.length === 0) return null;
   const fields = /** @type {Record<string, any>} */ (state.fields.calibrate ?? {});
@@ -329,6 +341,6 @@ export function calibrationOf(state) {
  * @returns {Calls["calibrate"]["request"] | null}
  */
 export function due(state) {
-  const request = calibrationOf(state);
+  const request = unread(state) ? null : calibrationOf(state);
   return request && state.asked.calibrate?.key !== keyOf(state, request) ? request : null;
 }

@@ -16,6 +16,8 @@ export class Validate {
   #answer;
   /** @type {string | null} */
   #output = null;
+  /** Files that were offered before. @type {string[][]} */
+  #known = [];
 
   /** @param {import("./store.js").Store} store */
   constructor(store) {
@@ -35,16 +37,22 @@ export class Validate {
     /** @type {[string, string][]} */
     const own = output ? [[output, `${output} (this calibration)`]] : [];
     const all = [...own, ...titled(names(state, "robot"))];
-    options("validate-robot", all.length ? all : [["", "calibrate a robot first"]], output !== this.#output ? (output ?? undefined) : undefined);
+    options("validate-robot", all.length ? all : [["", "calibrate a robot first"]], output !== this.#output && !state.asked.validate ? (output ?? undefined) : undefined);
+    if (output && output !== this.#output) choice("validate-frame").value = state.asked.calibrate?.request.sensor ? "sensor" : "base";
     this.#output = output;
     const used = state.asked.calibrate?.request.samples ?? [];
     const robot = choice("validate-robot").value;
     const unused = (/** @type {string[]} */ ...kinds) => titled(names(state, ...kinds).filter((name) => !used.includes(name)));
     /** @type {[string, string][]} */
     const earlier = names(state, "robot").filter((name) => name !== robot).map((name) => [name, `${name} (what changed since)`]);
-    const other = [...unused("samples", "table", "joints"), ...earlier];
-    options("validate-samples", other.length ? other : [["", "add a file"]]);
-    options("validate-second", [["", "none"], ...unused("positions")]);
+    const lists = [unused("samples", "joints", "plan"), unused("positions")];
+    const [checks = [], positions = []] = lists;
+    const other = [...checks, ...earlier];
+    // The newest are what the robot is to be checked with.
+    const [added, second] = lists.map((own, index) => own.find(([name]) => !this.#known[index]?.includes(name))?.[0]);
+    this.#known = lists.map((own) => own.map(([name]) => name));
+    options("validate-samples", other.length ? other : [["", "add a file"]], added);
+    options("validate-second", [["", "none"], ...positions], second);
     const isEarlier = earlier.some(([name]) => name === choice("validate-samples").value);
     for (const own of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("#validate .of-samples"))) own.hidden = isEarlier;
     byId("validate-go").textContent = isEarlier ? "Compare" : "Validate";

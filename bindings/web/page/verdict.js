@@ -30,7 +30,7 @@ export function verdict(found) {
  * @returns {Pick<Verdict, "sentences" | "next">}
  */
 function ofPrinter(report, paste) {
-  const { before, after, heights, distances, better_probability: better, next, firmware } = report.printer;
+  const { before, after, heights, distances, better_probability: better, next } = report.printer;
   /** @param {Off} off */
   const bed = (off) => millimetres(off.height_rms_mm);
   /** @param {Off} off */
@@ -44,12 +44,12 @@ function ofPrinter(report, paste) {
   else if (sized) what.push(`100 mm come out as ${size(before)}`);
   const sure = [];
   if (better?.height != null) sure.push(`a flatter bed with ${chance(better.height)} probability`);
-  if (better?.xy != null) sure.push(`better x and y with ${chance(better.xy)}`);
+  if (better?.xy != null) sure.push(`better x and y with ${chance(better.xy)} probability`);
   const from = [heights && `${heights} heights`, distances && `${distances} distances`].filter(Boolean).join(" and ");
   const unknown = distances ? "; the size of parts is uncertain without the shrinkage of prints (Options)" : "; the size of parts is not measured";
   return {
-    sentences: [`${what.join("; ") || "Nothing was measured of the bed"}.`, `From ${from}: ${sure.join(", ") || "not known how much better"}${sized ? "" : unknown}.`, nextOf(next, firmware, paste)],
-    next: next && worthwhile(next.sigma_with_heights_mm, next) ? "plan" : null,
+    sentences: [`${what.join("; ") || "Nothing was measured of the bed"}.`, `From ${from}: ${sure.join(", ") || "not known how much better"}${sized ? "" : unknown}.`, nextOf(report.printer, paste)],
+    next: !heights || (next && worthwhile(next.sigma_with_heights_mm, next)) ? "plan" : null,
   };
 }
 
@@ -62,11 +62,10 @@ function worthwhile(sigma, next) {
 }
 
 /**
- * @param {Next | null} next
- * @param {string} firmware
+ * @param {Printer} printer
  * @param {string | null} paste
  */
-function nextOf(next, firmware, paste) {
+function nextOf({ next, firmware, heights }, paste) {
   const first = paste ? "Copy the lines, replace the old ones, and home" : "Keep the configuration";
   const object = next?.sigma_with_printed_object_mm ?? null;
   if (next && firmware === "klipper" && worthwhile(object, next)) {
@@ -75,7 +74,7 @@ function nextOf(next, firmware, paste) {
   if (next && worthwhile(next.sigma_with_heights_mm, next)) {
     return `${first}; then touch the bed at more places, which brings the expected error from ${millimetres(next.sigma_now_mm)} to ${millimetres(next.sigma_with_heights_mm)}.`;
   }
-  return `${first}; more heights bring little.`;
+  return `${first}; ${heights ? "more heights bring little" : "then touch the bed, which is not measured"}.`;
 }
 
 /**

@@ -28,7 +28,10 @@ const WORDS = [
   [/\(--printed (\d+=[\d.]+)\)/g, "(under Options, as $1)"],
   [/--printed (\d+=[\d.]+)/g, "$1 under Options"],
   [/--printed/g, "Printed lengths"],
-  [/--rods/g, "Rods"],
+  [/--rods/g, "Rods (Options)"],
+  [/copy it beside the configuration and import again/g, "add it to the files here"],
+  [/copy (config-override\.g) from the controller's card beside this file; if there is none, delete M501 from this copy/g, "drop $1 from the controller's card here too; if there is none, delete M501 in the editor"],
+  [/\. No file was changed$/g, ""],
   [/--radius/g, "Delta radius"],
   [/--robust leaves/g, "“Leave out and name samples that disagree” under Options leaves"],
   [/leave out --robust/g, "switch off “Leave out and name samples that disagree”"],
@@ -75,4 +78,4 @@ export const FIELDS = [
 ];
 
 /** Messages without measurements: what to do about that here. */
-export const WITHOUT_MEASUREMENTS = /saves no measurements|holds no saved measurements|given without its samples|heights without places|where you touched/;
+export const WITHOUT_MEASUREMENTS = /saves no measurements|holds no saved measurements|given without its samples|heights without places|where you touched|Touch the bed at/;

@@ -4,10 +4,10 @@ use crate::fault::Fault;
 use crate::folder::Folder;
 use crate::inputs::{Inputs, Request};
 use crate::picture::Bed;
-use delta_cal::robot::Drive;
 use delta_cal_host::printer::explained;
 use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
+use delta_cal_host::text::joint::in_file;
 use delta_cal_host::{CalibrateError, Options, Report, calibrate};
 use serde::Serialize;
 use tsify::Tsify;
@@ -65,10 +65,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Calibrated, Fault
         ..
     } = inputs;
     let toml = report.after.to_toml(&comment(&report, &readings));
-    let in_file = |joint: f64| match robot.robot.drive() {
-        Drive::Rotary => joint.to_degrees(),
-        Drive::Linear => joint,
-    };
+    let in_file = |joint| in_file(robot.robot.drive(), joint);
     let home = printer.as_ref().map(|own| own.home.map(in_file));
     let joints = [robot.limits.minimum(), robot.limits.maximum()].map(in_file);
     let (html, json, printed) = match &printer {

@@ -9,6 +9,7 @@ use delta_cal_host::export::positions::{Wanted, bed};
 use delta_cal_host::export::{Case, Settings, target, targets as all_targets};
 use delta_cal_host::files::kinematics;
 use delta_cal_host::printer::as_printed;
+use delta_cal_host::text::joint::inwards;
 use delta_cal_host::{Options, RobotFile, read_samples};
 use serde::{Deserialize, Serialize};
 use tsify::Tsify;
@@ -83,13 +84,10 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> 
     let home = match request.home.as_slice() {
         [] => None,
         [all] => Some([*all; 3]),
-        [first, second, third] => Some([*first, *second, *third]),
-        _ => {
-            return Err(Fault::new(
-                "end stops need one joint, or three",
-                "write one number, or three with commas",
-            ));
-        }
+        all => Some(all.try_into().map_err(|_| {
+            let remedy = "write one number, or three with semicolons";
+            Fault::new("end stops need one joint, or three", remedy)
+        })?),
     };
     let level = match request.bed.as_deref() {
         Some(name) if drive == Drive::Linear => {
@@ -112,12 +110,9 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> 
     };
     let settings = Settings {
         height: request.height.or(settings.height),
-        home: home.map_or(settings.home, |home| {
-            Some(match drive {
-                Drive::Rotary => home.map(f64::to_radians),
-                Drive::Linear => home,
-            })
-        }),
+        home: home
+            .map(|own: [f64; 3]| own.map(|joint| inwards(drive, joint)))
+            .or(settings.home),
         platform_radius: request.platform_radius,
         inches: request.inches,
         limit: request.limit,

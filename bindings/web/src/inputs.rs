@@ -10,7 +10,6 @@ use delta_cal_host::{
     read_samples,
 };
 use serde::Deserialize;
-use std::path::Path;
 use tsify::Tsify;
 
 /// What the page asks for. Names are of its files.
@@ -116,7 +115,7 @@ impl Request {
     pub(crate) fn inputs(&self, files: &Folder) -> Result<Inputs, Fault> {
         let name = &self.robot;
         let text = files.settings(name)?;
-        if is_robot_file(&text) {
+        if text.is_robot() {
             let robot = RobotFile::read(&text)?;
             let samples = self.samples(files)?.ok_or_else(|| {
                 Fault::new(
@@ -190,7 +189,7 @@ impl Request {
     /// The robot alone, of a robot file or of a printer's configuration.
     pub(crate) fn machine(&self, files: &Folder) -> Result<Machine, Fault> {
         let text = files.settings(&self.robot)?;
-        if is_robot_file(&text) {
+        if text.is_robot() {
             return Ok(Machine::Robot(Box::new(RobotFile::read(&text)?)));
         }
         let includes = |from: &str, wanted: &str| files.included(from, wanted);
@@ -198,10 +197,4 @@ impl Request {
         let imported = imported.import(&text, &self.stated()?, &includes)?;
         Ok(Machine::Printer(Box::new(imported)))
     }
-}
-
-/// Whether a text is that of a robot, and not of a controller.
-pub(crate) fn is_robot_file(text: &InputText) -> bool {
-    let named = Path::new(text.name()).extension();
-    named.is_some_and(|own| own == "toml") || text.text().contains("[joints]")
 }

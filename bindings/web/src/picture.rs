@@ -4,8 +4,8 @@ use crate::fault::Fault;
 use crate::folder::Folder;
 use crate::inputs;
 use delta_cal::Robot;
-use delta_cal::robot::Drive;
 use delta_cal_host::printer::{ACROSS, Off, Printer};
+use delta_cal_host::text::joint::inwards;
 use serde::{Deserialize, Serialize};
 use tsify::Tsify;
 
@@ -42,10 +42,8 @@ pub(crate) fn skeleton(
     let machine = before.machine(files)?;
     let before = machine.robot();
     let after = files.robot(&request.after)?;
-    let joints = match before.robot.drive() {
-        Drive::Rotary => request.joints.map(f64::to_radians),
-        Drive::Linear => request.joints,
-    };
+    let drive = before.robot.drive();
+    let joints = request.joints.map(|own| inwards(drive, own));
     Ok(Skeleton {
         before: arms(&before.robot, joints),
         after: arms(&after.robot, joints),
@@ -55,14 +53,9 @@ pub(crate) fn skeleton(
 fn arms(robot: &Robot<f64>, joints: [f64; 3]) -> Option<Arms> {
     let platform = robot.forward(&joints).ok()?;
     let arms = robot.arms();
-    let [one, two, three] = joints;
     Some(Arms {
         shoulders: arms.each_ref().map(|arm| arm.d().into()),
-        elbows: [
-            arms[0].elbow(one).into(),
-            arms[1].elbow(two).into(),
-            arms[2].elbow(three).into(),
-        ],
+        elbows: std::array::from_fn(|arm| arms[arm].elbow(joints[arm]).into()),
         platform: platform.into(),
     })
 }

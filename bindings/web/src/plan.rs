@@ -6,11 +6,12 @@ use crate::inputs::{self, Machine};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::import::Imported;
 use delta_cal_host::planning::{
-    LEAST, MOST, Order, PlanRequest, Precision, Region, Wishes, plan, plan_for,
+    LEAST, MOST, Order, PlanError, PlanRequest, Precision, Region, Wishes, labelled, others, plan,
+    plan_for,
 };
 use delta_cal_host::printer::touches_of_bed;
-use delta_cal_host::report::plan as report;
-use delta_cal_host::{Frame, RobotFile};
+use delta_cal_host::report::{json, plan as report};
+use delta_cal_host::{Frame, RobotFile, read_joints};
 use serde::{Deserialize, Serialize};
 use tsify::Tsify;
 
@@ -27,6 +28,10 @@ pub(crate) struct Request {
     within: Option<String>,
     absolute: bool,
     shortest: bool,
+    /// As `--seed`; 1 if not stated.
+    seed: Option<u64>,
+    /// As `--names`.
+    names: Option<String>,
 }
 
 #[derive(Debug, Serialize, Tsify)]
@@ -43,9 +48,9 @@ pub(crate) struct Poses {
     json: String,
     /// What is measured, mm.
     places: Vec<[f64; 3]>,
-    /// Expected error before any measurement, if a tolerance is stated, and after these, mm.
+    /// Expected error before any measurement, if a tolerance is stated, and after these, mm; neither of poses to validate with.
     before: Option<f64>,
-    after: f64,
+    after: Option<f64>,
     /// Places all over the workspace, mm.
     workspace: Vec<[f64; 3]>,
 }
@@ -61,7 +66,7 @@ pub(crate) struct Touches {
     radius: f64,
 }
 
-/// `of`: the robot and the frame.
+/// `of`: the robot, the frame, and the samples of a calibration that the poses are to validate.
 pub(crate) fn run(
     files: &Folder,
     of: &inputs::Request,
@@ -69,7 +74,7 @@ pub(crate) fn run(
 ) -> Result<Planned, Fault> {
     match of.machine(files)? {
         Machine::Printer(imported) => touches(&imported, request).map(Planned::Touches),
-        Machine::Robot(robot) => poses(&robot, of.frame(), request).map(Planned::Poses),
+        Machine::Robot(robot) => poses(files, &robot, of, request).map(Planned::Poses),
     }
 }
 
@@ -89,7 +94,13 @@ fn touches(imported: &Imported, request: &Request) -> Result<Touches, Fault> {
     })
 }
 
-fn poses(robot: &RobotFile, frame: Frame, request: &Request) -> Result<Poses, Fault> {
+fn poses(
+    files: &Folder,
+    robot: &RobotFile,
+    of: &inputs::Request,
+    request: &Request,
+) -> Result<Poses, Fault> {
+    let frame = of.frame();
     let kinds: Wishes = request.measure.parse().map_err(Fault::of_request)?;
     let within = request.within.as_deref();
     let within = within.map(str::parse::<Region>).transpose();
@@ -109,29 +120,41 @@ fn poses(robot: &RobotFile, frame: Frame, request: &Request) -> Result<Poses, Fa
         } else {
             Order::Random
         },
+        seed: request.seed.unwrap_or(1),
         ..PlanRequest::new(robot, kinds, request.count.unwrap_or(LEAST))
     };
-    let planned = match request.accuracy {
-        Some(accuracy) => plan_for(&wanted, accuracy),
-        None => plan(&wanted),
+    let impossible = |error: PlanError| Fault::refused(error.to_string(), error.remedy());
+    let named = |rows| labelled(rows, request.names.as_deref(), 1);
+    let expected = |own: &Precision| own.of(request.absolute);
+    let (rows, text, rows_json, before, after) = if let Some(used) = of.samples(files)? {
+        let joints = read_joints(&used, robot)?.into_iter().map(|row| row.value);
+        let rows = named(others(&wanted, &joints.collect::<Vec<_>>()).map_err(impossible)?);
+        let text = report::others(wanted.count, &robot.name, used.name());
+        let rows_json = json(&rows);
+        (rows, text, rows_json, None, None)
+    } else {
+        let planned = match request.accuracy {
+            Some(accuracy) => plan_for(&wanted, accuracy),
+            None => plan(&wanted),
+        };
+        let mut planned = planned.map_err(impossible)?;
+        planned.measurements = named(planned.measurements);
+        let before = planned.before.as_ref().map(expected);
+        let (text, plan_json) = (report::text(&planned), report::json(&planned));
+        let after = expected(&planned.after);
+        (planned.measurements, text, plan_json, before, Some(after))
     };
-    let planned = planned.map_err(|error| Fault::refused(error.to_string(), error.remedy()))?;
     let workspace = Wanted::in_workspace(robot).evaluated;
     let workspace = workspace
         .iter()
         .map(|at| robot.convention.vector(at).into());
-    let expected = |own: &Precision| own.of(request.absolute);
     Ok(Poses {
-        places: planned
-            .measurements
-            .iter()
-            .map(|own| own.position_mm)
-            .collect(),
-        before: planned.before.as_ref().map(expected),
-        after: expected(&planned.after),
-        text: report::text(&planned),
-        csv: report::csv(&planned.measurements, &robot.convention),
-        json: report::json(&planned),
+        places: rows.iter().map(|own| own.position_mm).collect(),
+        before,
+        after,
+        text,
+        csv: report::csv(&rows, &robot.convention),
+        json: rows_json,
         workspace: workspace.collect(),
     })
 }

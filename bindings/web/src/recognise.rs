@@ -2,7 +2,7 @@
 
 use crate::fault::Fault;
 use crate::folder::Folder;
-use crate::inputs::{Machine, Request, is_robot_file};
+use crate::inputs::{Machine, Request};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal_host::files::samples_file::Kind as Measured;
 use delta_cal_host::import::{Firmware, Imported, Stated, lengths, touched};
@@ -73,19 +73,21 @@ fn settings(files: &Folder, name: &str) -> Option<Found> {
         Ok(text) => text,
         Err(error) => return Some((Kind::Unusable, "Not a text file".to_owned(), Some(error))),
     };
-    if is_robot_file(&text) {
+    if text.is_robot() {
         return Some(match files.robot(name) {
             Ok(robot) => (Kind::Robot, of_robot(&robot), None),
             Err(error) => (Kind::Robot, "Robot file".to_owned(), Some(error)),
         });
     }
+    let mut lines = text.text().lines().map(str::trim);
     let firmware = match Firmware::of(&text) {
         Ok(firmware) => firmware,
         Err(error) if text.text().contains("M665") => {
             let what = "Printer: M665 of RepRapFirmware or Marlin?".to_owned();
             return Some((Kind::Printer, what, Some(error)));
         }
-        Err(_) if is_part(&text) => {
+        // What `[include]` of Klipper names.
+        Err(_) if lines.any(|line| line.starts_with('[') && line.ends_with(']')) => {
             let what = "Part of a Klipper configuration".to_owned();
             return Some((Kind::Included, what, None));
         }
@@ -115,12 +117,6 @@ fn settings(files: &Folder, name: &str) -> Option<Found> {
         Err(error) => (format!("{title} configuration"), Some(error)),
     };
     Some((Kind::Printer, what, fault))
-}
-
-/// Whether a text looks like what `[include]` of Klipper names.
-fn is_part(text: &InputText) -> bool {
-    let mut lines = text.text().lines().map(str::trim);
-    lines.any(|line| line.starts_with('[') && line.ends_with(']'))
 }
 
 fn of_robot(robot: &RobotFile) -> String {

@@ -8,7 +8,7 @@ import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import axe from "axe-core";
 import { inPageWords } from "../page/words.js";
-import { FILE, alike, command, downloaded, example, give, launch, open, same, serve, testCase, text } from "./page.mjs";
+import { FILE, ROOT, alike, command, downloaded, example, give, launch, open, same, serve, testCase, text } from "./page.mjs";
 
 let server, browser;
 
@@ -147,6 +147,11 @@ journey("from a printer's configuration to the lines to paste", async (page) => 
   assert.equal(await page.evaluate(() => navigator.clipboard.readText()), written.file("paste.cfg"));
   await page.locator("#bed-picture svg").first().hover();
   assert.match(await page.locator("#bed-picture output").innerText(), /mm at x/);
+  assert.equal(await page.locator("#verdict button.first").count(), 1);
+  await page.locator("#report footer").waitFor();
+  const meanings = await page.locator("#report .report").evaluate((own) => own.shadowRoot.textContent);
+  assert.match(meanings, /where a tower stands/);
+  assert.doesNotMatch(meanings, /motor/);
 });
 
 journey("a file at fault is mended in the editor beside its message", async (page) => {
@@ -165,11 +170,18 @@ journey("a file at fault is mended in the editor beside its message", async (pag
   same(await downloaded(page, "Download calibrated.toml"), command(files, ...CALIBRATE).file("calibrated.toml"), "calibrated.toml");
 });
 
-journey("a binary dropped by mistake is named, and the rest still calibrates", async (page) => {
+journey("a binary, a file that is gone and one that is too large are named, and the rest still calibrates", async (page) => {
+  await page.evaluate(() => {
+    const [{ get }, read] = [Object.getOwnPropertyDescriptor(Blob.prototype, "size"), Blob.prototype.arrayBuffer];
+    Object.defineProperty(Blob.prototype, "size", { get() { return this.name === "huge.csv" ? 500e6 : get.call(this); } });
+    Blob.prototype.arrayBuffer = function () { return this.name === "gone.csv" ? Promise.reject(new Error()) : read.call(this); };
+  });
   const picture = { name: "photo.png", mimeType: "image/png", buffer: Buffer.from("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "latin1") };
-  await give(page, picture, example("paper-robot/robot.toml"), example("paper-robot/samples.csv"));
+  await give(page, picture, made("huge.csv", "1"), made("gone.csv", "1"), example("paper-robot/robot.toml"), example("paper-robot/samples.csv"));
+  await page.locator("#status", { hasText: "huge.csv has too many rows for a browser (500 MB): use the command delta-cal. gone.csv could not be read." }).waitFor();
   await result(page);
   assert.match(await page.locator("[data-name='photo.png'] .fault").innerText(), /photo\.png: is not a text file/);
+  assert.equal(await page.locator("[data-name='photo.png'] button").count(), 2, "what is not text is saved or removed");
 });
 
 // Chromium lets one page download ten files in a row, more only sometimes.
@@ -263,6 +275,10 @@ journey("what takes long is stopped, and the page goes on", async (page) => {
   await page.getByRole("button", { name: "Robot of a paper, simulated" }).click();
   await result(page);
   await page.getByRole("tab", { name: "Plan" }).click();
+  // As of every field of numbers.
+  await page.getByLabel("Measurements", { exact: true }).fill("many");
+  await page.locator("#plan").getByRole("button", { name: "Plan", exact: true }).click();
+  assert.equal(await page.locator("#plan input:invalid").count(), 1);
   await page.getByLabel("Measurements", { exact: true }).fill("500");
   await page.locator("#plan").getByRole("button", { name: "Plan", exact: true }).click();
   await page.getByRole("button", { name: "Cancel" }).click();
@@ -348,6 +364,7 @@ const LOOKS = [
   ["Plan", "Plan touches"],
   ["Simulate", null],
   ["New robot", null],
+  ["Plan", "Plan", "paper-robot/robot.toml"],
 ];
 for (const settings of [
   { colorScheme: "light", viewport: { width: 1200, height: 900 } },
@@ -361,9 +378,14 @@ for (const settings of [
     await result(page);
     await page.locator("#report .report").waitFor();
     // The tests may add a script; the page's policy does not allow it to others.
-    for (const [tab, button] of LOOKS) {
+    for (const [tab, button, robot] of LOOKS) {
       await page.getByRole("tab", { name: tab }).click();
       const panel = page.getByRole("tabpanel", { name: tab });
+      if (robot) {
+        await give(page, example(robot));
+        await page.locator("#plan-robot option[value='robot.toml']").waitFor({ state: "attached" });
+        await page.selectOption("#plan-robot", "robot.toml");
+      }
       if (button) {
         await panel.getByRole("button", { name: button, exact: true }).click();
         await panel.locator("pre").first().waitFor();
@@ -373,11 +395,33 @@ for (const settings of [
       }
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
       assert.ok(wide <= 0, `${tab} is ${wide} px too wide`);
+      assert.deepEqual(await page.evaluate(unreadable), [], tab);
       await page.evaluate(axe.source);
       const { violations } = await page.evaluate(() => window.axe.run({ runOnly: ["wcag2a", "wcag2aa", "wcag21aa"] }));
       assert.deepEqual(violations.map((own) => `${tab}: ${own.id}: ${own.nodes[0].html}`), []);
     }
   }, settings);
+}
+
+/** What is too small to read, cut off in its field, or drawn outside its picture. */
+function unreadable() {
+  const inside = (root) => [...root.querySelectorAll("*")].flatMap((own) => [own, ...(own.shadowRoot ? inside(own.shadowRoot) : [])]);
+  const pen = document.createElement("canvas").getContext("2d");
+  return inside(document.body).filter((own) => own.getClientRects().length).flatMap((own) => {
+    const style = getComputedStyle(own);
+    const text = own instanceof HTMLSelectElement ? (own.selectedOptions[0]?.text ?? "") : [...own.childNodes].map((child) => (child.nodeType === Node.TEXT_NODE ? child.nodeValue.trim() : "")).join("");
+    if (!text) return [];
+    const picture = own.ownerSVGElement;
+    const scale = picture ? Math.hypot(own.getScreenCTM().a, own.getScreenCTM().b) : 1;
+    const [box, frame] = [own, picture ?? own].map((each) => each.getBoundingClientRect());
+    pen.font = style.font;
+    const faults = {
+      "smaller than 11 px": parseFloat(style.fontSize) * scale < 10.95,
+      "outside its picture": box.left < frame.left - 1 || box.right > frame.right + 1 || box.top < frame.top - 1 || box.bottom > frame.bottom + 1,
+      "cut off": own instanceof HTMLSelectElement && pen.measureText(text).width > own.clientWidth - 2 * parseFloat(style.paddingLeft) - 18,
+    };
+    return Object.keys(faults).filter((name) => faults[name]).map((name) => `${name}: ${own.tagName} ${text.slice(0, 40)}`);
+  });
 }
 
 /** That nothing ends beyond the margins of A4, 180 mm apart. */
@@ -523,6 +567,27 @@ journey("an answer of Marlin's G33 calibrates with its configuration", async (pa
   same(await downloaded(page, "Download calibrated.toml"), written.file("calibrated.toml"), "calibrated.toml");
 });
 
+journey("what waits for another file says which, and a log with Marlin's settings is the answer of its Configuration.h", async (page) => {
+  await give(page, made("notes.txt", "levelled today\nagain\n"));
+  await page.locator("#result", { hasText: "Add the robot file, or the printer's configuration, of notes.txt" }).waitFor();
+  await list(page);
+  await page.getByRole("button", { name: "Remove all" }).click();
+  await give(page, example("paper-robot/robot.toml"));
+  await page.locator("#result", { hasText: "robot.toml has no samples yet" }).waitFor();
+  await page.locator("#result").getByRole("button", { name: "Plan" }).click();
+  await page.locator("#plan").waitFor();
+  await page.getByRole("tab", { name: "Calibrate" }).click();
+  const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
+  const files = [join(folder, "Configuration.h"), testCase("printers-cfg/marlin-octoprint.txt")];
+  writeFileSync(files[0], "#define DELTA_DIAGONAL_ROD 267.0\n#define DELTA_RADIUS 133.3\n#define DELTA_HEIGHT 368.5\n#define PRINTABLE_RADIUS 100\n");
+  await list(page);
+  await page.getByRole("button", { name: "Remove all" }).click();
+  await give(page, ...files);
+  await result(page);
+  const written = command(files, "calibrate", "Configuration.h", "marlin-octoprint.txt", "--output", "calibrated.toml");
+  same(await downloaded(page, "Download calibrated.toml"), written.file("calibrated.toml"), "calibrated.toml");
+});
+
 journey("a robot with targets and a tool calibrates as the command does", async (page) => {
   const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
   const files = ["robot.toml", "samples.csv"].map((name) => join(folder, name));
@@ -534,6 +599,43 @@ journey("a robot with targets and a tool calibrates as the command does", async 
   await give(page, ...files);
   await result(page);
   for (const name of ["calibrated.toml", "report.html"]) same(await downloaded(page, `Download ${name}`), written.file(name), name);
+});
+
+journey("the tutorial, from the data sheet to the certificate, as the page does it", async (page) => {
+  const blocks = text(join(ROOT, "docs/tutorial.md")).matchAll(/^```[a-z]+ (\S+)\n([^]*?)^```/gm);
+  const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
+  for (const [, name, body] of blocks) writeFileSync(join(folder, name), body);
+  const own = (...all) => all.map((name) => join(folder, name));
+  const save = async (name) => writeFileSync(join(folder, name), await downloaded(page, `Download ${name}`));
+  await give(page, ...own("robot.toml"));
+  await page.locator("#result").getByRole("button", { name: "Plan" }).click();
+  await page.getByLabel("Region").fill("r=250,z=-680..-480");
+  await page.getByLabel("Names of the rows").fill("P");
+  await page.getByLabel("Absolute error").check();
+  await page.getByRole("button", { name: "Plan", exact: true }).click();
+  await save("poses.csv");
+  await give(page, ...own("poses.csv", "tracker.csv"));
+  await page.getByRole("tab", { name: "Calibrate" }).click();
+  await page.getByRole("button", { name: "Positions in the sensor's frame" }).click();
+  await result(page);
+  assert.match(await page.locator("#verdict").innerText(), /expected to be off by 0\.075 mm/);
+  await save("calibrated.toml");
+  await page.getByRole("tab", { name: "Plan" }).click();
+  await page.getByLabel("To validate").selectOption("poses.csv");
+  await page.getByLabel("Names of the rows").fill("V");
+  await page.getByLabel("Seed").fill("7");
+  await page.getByRole("button", { name: "Plan", exact: true }).click();
+  await save("check.csv");
+  const within = ["--within", "r=250,z=-680..-480", "--frame", "sensor", "--count", "20"];
+  const plan = command(own("robot.toml", "poses.csv"), "plan", "robot.toml", "--validation", "poses.csv", ...within, "--seed", "7", "--names", "V", "--output", "check.csv");
+  same(text(own("check.csv")[0]), plan.file("check.csv"), "check.csv");
+  await give(page, ...own("check.csv", "check_tracker.csv"));
+  await page.getByRole("tab", { name: "Validate" }).click();
+  await page.locator("#validate-second option[value='check_tracker.csv']").waitFor({ state: "attached" });
+  await page.getByLabel("Limit of the rms position error").fill("0,2");
+  await page.locator("#validate-go").click();
+  const written = command(own("calibrated.toml", "check.csv", "check_tracker.csv"), "validate", "calibrated.toml", "check.csv", "check_tracker.csv", "--frame", "sensor", "--limit", "0.2mm", "--report", "certificate.html");
+  same(await downloaded(page, "Download certificate.html"), written.file("certificate.html"), "certificate.html");
 });
 
 journey("a calibration is compared with the file that it comes from", async (page) => {
@@ -608,7 +710,7 @@ for (const call of ["recognise", "calibrate"]) {
     const page = await context.newPage();
     await page.route("**/worker.js", async (route) => {
       const response = await route.fetch();
-      const program = (await response.text()).replace(/const begin ?=/, `if (call === "${call}" && values.join().includes("bad.toml")) throw new WebAssembly.RuntimeError("unreachable");\nconst begin =`);
+      const program = (await response.text()).replace(/(const|let) begin ?=/, `if (call === "${call}" && values.join().includes("bad.toml")) throw new WebAssembly.RuntimeError("unreachable");\n$1 begin =`);
       return route.fulfill({ response, body: program });
     });
     await page.goto(server.address);

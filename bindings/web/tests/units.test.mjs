@@ -53,14 +53,18 @@ function calibrated(state) {
 const ROBOT = ["robot.toml", "robot"];
 const SAMPLES = ["samples.csv", "samples"];
 const PRINTER = ["printer.cfg", "printer", false, "Printer with Klipper: 7 heights saved"];
+const NONE = "Printer with Marlin: no measurements saved";
 const CHOSEN = [
   ["robot and samples", [[ROBOT, SAMPLES]], "robot.toml", ["samples.csv"]],
   ["samples that come later do not replace those in use", [[ROBOT, SAMPLES], [["check.csv", "samples"]]], "robot.toml", ["samples.csv"]],
   ["the newest robot, with the samples beside it", [[PRINTER], [ROBOT, SAMPLES]], "robot.toml", ["samples.csv"]],
   ["a robot that can be read before a newer one that cannot", [[ROBOT, SAMPLES], [["other.toml", "robot", true]]], "robot.toml", ["samples.csv"]],
   ["joints and positions in two files", [[ROBOT, ["q.csv", "joints"], ["x.csv", "positions"]]], "robot.toml", ["q.csv", "x.csv"]],
+  ["a plan and the positions of its rows", [[ROBOT], [["poses.csv", "plan"], ["tracker.csv", "positions"]], [["check.csv", "plan"], ["again.csv", "positions"]]], "robot.toml", ["poses.csv", "tracker.csv"]],
   ["a printer's saved measurements", [[PRINTER]], "printer.cfg", []],
   ["a printer's newest answer of its console", [[PRINTER], [["console.txt", "samples"]]], "printer.cfg", ["console.txt"]],
+  ["a console's log with its configuration", [[["Configuration.h", "printer", false, NONE], ["console.log", "printer", false, NONE]]], "Configuration.h", ["console.log"]],
+  ["a console's log for itself", [[["m503.txt", "printer", false, NONE]]], "m503.txt", []],
   ["no junk in place of a printer's saved measurements", [[PRINTER, ["notes.txt", "samples", true], ["klippy.log", "samples", true]]], "printer.cfg", []],
   ["junk if there is nothing else, so that it is said why", [[ROBOT, ["notes.txt", "samples", true]]], "robot.toml", ["notes.txt"]],
 ];
@@ -86,14 +90,18 @@ test("a result goes when its files or its choices change, and only then", () => 
   const before = calibrated(having([ROBOT, SAMPLES]));
   assert.ok(before.asked.calibrate.answer);
   const bytes = new Uint8Array();
+  const reading = states.withFiles(before, [{ name: "new", bytes }]);
+  const recognised = (state, found) => states.recognised(state, { ...states.find(state, "new"), using: states.reader(state).using }, found);
   const goes = {
     "its samples are replaced": states.withFiles(before, [{ name: "samples.csv", bytes }]),
     "its samples are removed": states.without(before, "samples.csv"),
     "its robot is renamed": states.renamed(before, "robot.toml", "other.toml"),
     "an option changes": states.withFields(before, "calibrate", { robust: true }),
-    "another robot comes": states.withFiles(having([ROBOT, SAMPLES]), [{ name: "printer.cfg", bytes }]),
+    "another robot comes": recognised(reading, { kind: "printer", what: "", fault: null }),
   };
   for (const [why, after] of Object.entries(goes)) assert.equal(after.asked.calibrate, undefined, why);
+  assert.ok(reading.asked.calibrate.answer, "a file that is being read may be of no use");
+  assert.ok(recognised(reading, { kind: "samples", what: "", fault: null }).asked.calibrate.answer, "other samples");
   const validation = states.begun(before, "validate", { robot: "calibrated.toml", samples: ["samples.csv"] });
   assert.ok(states.withFields(validation, "plan", { count: "3" }).asked.calibrate, "a field of another form");
   assert.equal(states.withFields(validation, "calibrate", { robust: true }).asked.validate, undefined, "what was made of the result");

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
 use super::output::{self, command, deliver, now};
 use super::paths::{
-    ColumnsArgument, given, is_robot, is_toml, read_samples_texts, robot_path, without_table,
+    ColumnsArgument, given, is_toml, read_samples_texts, robot_path, without_table,
 };
 use super::progress::Progress;
 use crate::files::document::Document;
@@ -160,7 +160,7 @@ fn inputs(
     };
     let text = configuration(path)?;
     let read = |own: &PathBuf, second| read_samples_texts(own, second, &arguments.columns);
-    if is_robot(path, &text) {
+    if text.is_robot() {
         no_printer(matches)?;
         let robot = RobotFile::read(&text)?;
         let samples = arguments.samples.as_ref();

@@ -15,12 +15,6 @@ pub(crate) fn is_toml(path: &Path) -> bool {
     path.extension().is_some_and(|own| own == "toml")
 }
 
-/// Whether this is a robot file, by its ending or by a section that every robot file has.
-pub(crate) fn is_robot(path: &Path, text: &InputText) -> bool {
-    let mut lines = text.text().lines();
-    is_toml(path) || lines.any(|line| line.trim_start().starts_with("[joints]"))
-}
-
 /// The printer's configuration in a folder; any other path as it is.
 pub(crate) fn in_folder(path: &Path) -> PathBuf {
     let own = ["printer.cfg", "config.g", "Configuration.h"].map(|name| path.join(name));

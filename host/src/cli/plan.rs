@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::import::{configuration, includes};
 use super::output;
-use super::paths::{ColumnsArgument, given, is_robot, is_stream, read, robot_path, without_table};
+use super::paths::{ColumnsArgument, given, is_stream, read, robot_path, without_table};
 use super::progress::Progress;
 use crate::files::length::length;
 use crate::fit::datum::Datum;
@@ -117,7 +117,7 @@ fn repetitions(text: &str) -> Result<usize, String> {
 pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(), Failure> {
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
     let text = configuration(&arguments.robot)?;
-    if !is_robot(&arguments.robot, &text) && Firmware::wrote(&text).is_some() {
+    if !text.is_robot() && Firmware::wrote(&text).is_some() {
         return printer(arguments, matches, &text);
     }
     let robot = RobotFile::read(&text)?;
@@ -154,17 +154,10 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
         let found = others(&request, &used).map_err(|error| failure(&robot, error, json))?;
         let rows = named(found);
         let csv = report::csv(&rows, &robot.convention);
-        let text = format!(
-            "{} random poses to validate {} with, none of them in {}.\n{}",
-            request.count,
-            robot.name,
-            path.display(),
-            if output.is_none() {
-                format!("\n{csv}")
-            } else {
-                String::new()
-            },
-        );
+        let mut text = report::others(request.count, &robot.name, &path.display().to_string());
+        if output.is_none() {
+            text = format!("{text}\n{csv}");
+        }
         let json_text = crate::report::json(&rows);
         return output::deliver(&[(output, &csv), (json, &json_text)], text);
     }

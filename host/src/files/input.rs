@@ -7,6 +7,7 @@ use std::error::Error;
 use std::fmt::{self, Write};
 use std::io::{self, Read};
 use std::ops::{Range, RangeInclusive};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Size limit of robot and campaign files, far above any real one.
@@ -186,6 +187,15 @@ impl InputText {
     /// The text.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// Whether this is a robot file, by its ending or by a section that every robot file has.
+    pub fn is_robot(&self) -> bool {
+        let mut lines = self.text.lines();
+        let is_toml = Path::new(&self.name)
+            .extension()
+            .is_some_and(|own| own == "toml");
+        is_toml || lines.any(|line| line.trim_start().starts_with("[joints]"))
     }
 
     /// SHA-256 of the file's original bytes, in hexadecimal, as `sha256sum` prints it; of columns that of header and numbers.

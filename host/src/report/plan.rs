@@ -163,6 +163,11 @@ fn expected(plan: &Plan) -> Section {
     ))
 }
 
+/// What so many poses are for that are not in the file of a calibration.
+pub fn others(count: usize, robot: &str, used: &str) -> String {
+    format!("{count} random poses to validate {robot} with, none of them in {used}.\n")
+}
+
 /// The samples file to fill in: joint angles, empty cells for the readings, and ignored columns with the nominal
 /// robot's readings.
 pub fn csv(planned: &[Planned], convention: &Convention) -> String {

@@ -33,7 +33,7 @@ pub fn key(name: &str, drive: Drive) -> String {
 }
 
 /// From the unit of files: radians, or mm.
-pub(crate) fn inwards(drive: Drive, value: f64) -> f64 {
+pub fn inwards(drive: Drive, value: f64) -> f64 {
     match drive {
         Drive::Rotary => value.to_radians(),
         Drive::Linear => value,

@@ -8,7 +8,7 @@ use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::effects::Places;
 use crate::files::robot_file::{KnownPlane, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
-use crate::fit::{Frame, Options, Unsolved, solve};
+use crate::fit::{Frame, Options, Unsolved, solve_with};
 use delta_cal::Tolerance;
 use delta_cal::frame::RigidTransform;
 use nalgebra::{DMatrix, DVector};
@@ -148,10 +148,6 @@ fn of_instruments(
     held.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
     held.transmission = None;
     held.instruments.datum.clear();
-    // An inaccurate robot is no reason to refuse, so the noise is taken from the deviations.
-    held.noise = None;
-    held.instruments.height_noise = None;
-    held.instruments.distance_noise = None;
     // Poses above one another do not show a plane's tilt, so the plane is assumed nearly level.
     for name in &readings.planes {
         let mut planes = held.instruments.planes.iter();
@@ -167,7 +163,8 @@ fn of_instruments(
         }
     }
     let options = Options::in_frame(frame);
-    let solution = solve(&held, readings, &options).map_err(|why| {
+    // An inaccurate robot is no reason to refuse: the noise is as large as the deviations need.
+    let solution = solve_with(&held, readings, &options, (&[], false)).map_err(|why| {
         if let Unsolved::Row(index, error) = why {
             return CalibrateError::from(readings.fault(index, error.to_string()));
         }

@@ -12,11 +12,11 @@
 
 use super::Frame;
 use super::datum::Datum;
-use super::observations::{SETTLED, USUAL_TOUCH, is_stated};
+use super::observations::{SETTLED, USUAL_TOUCH, is_stated, places as known_places};
 use super::solution::{Sensitivity, Solution, Unsolved};
 use crate::effects::{
     At, Course, Effect, EffectKind, Estimated, Orientation, OrientationNoise, Places, Platform,
-    USUAL_TURN, motion, moved, orientations, sigmas_of_bed,
+    PointFound, USUAL_TURN, motion, moved, orientations, sigmas_of_bed,
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
@@ -125,10 +125,7 @@ pub(super) fn jointly(
         own: robot.robot.clone(),
         counted: robot.instruments.target_place(),
         platform: Platform::of(robot, &readings.targets),
-        found: Places {
-            frame: datum.as_ref().map(|own| own.frame),
-            ..Places::default()
-        },
+        found: places(robot, readings, datum.as_ref().map(|own| own.frame)),
         datum,
         effects,
         height: None,
@@ -251,10 +248,7 @@ pub(crate) fn of_platform_point(
         own: robot.robot.clone(),
         counted: robot.instruments.target_place(),
         platform: Platform::of(robot, &readings.targets),
-        found: Places {
-            frame: known,
-            ..Places::default()
-        },
+        found: places(robot, readings, known),
         datum: None,
         height: None,
         turn: (USUAL_TURN, None),
@@ -271,6 +265,20 @@ pub(crate) fn of_platform_point(
     }
     let course = state.course(readings);
     state.without(&course, readings)
+}
+
+/// What is known of the instruments before a fit.
+fn places(robot: &RobotFile, readings: &Readings, frame: Option<RigidTransform<f64>>) -> Places {
+    let (_, points) = known_places(robot, readings);
+    let found = points.iter().map(|own| {
+        let (place, _) = own.known?;
+        Some(PointFound { place, offset: 0.0 })
+    });
+    Places {
+        frame,
+        points: found.collect::<Option<_>>().unwrap_or_default(),
+        ..Places::default()
+    }
 }
 
 /// What is known of everything so far.

@@ -325,7 +325,8 @@ fn agreed(cases: &[(u64, Case)]) -> [[f64; 2]; 2] {
             sensor_frame: Some(sensor()),
             ..file
         };
-        let found = validate(&right, &readings, request).unwrap();
+        let found = validate(&right, &readings, request);
+        let found = found.unwrap_or_else(|why| panic!("{case:?}: {why}"));
         assert_eq!(found.verdict, Verdict::Pass, "{case:?}: {found:?}");
         let ratio = found.deviation_mm.rms / found.noise_mm.expect("all σ are stated");
         assert!((0.7..1.4).contains(&ratio), "{case:?}: {ratio}");

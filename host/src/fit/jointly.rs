@@ -26,8 +26,6 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 
-/// σ of an instrument's scale and of a robot's expansion together, if none is stated.
-const USUAL_SCALE: f64 = 1e-5;
 /// Fits with the effects of the last one removed; a slip of 30° takes six.
 const ROUNDS: u32 = 12;
 /// Degrees of freedom of what touches and beds usually are.
@@ -80,7 +78,7 @@ pub(crate) fn stated(
     }
     let scaled = measured(Kind::Position) || measured(Kind::Distance);
     if scaled && facts.distance_scale.is_none() {
-        let sigma = vec![facts.scale.unwrap_or(USUAL_SCALE)];
+        let sigma = vec![facts.scale_sigma()];
         all.push(Estimated::new(
             Effect::of(EffectKind::Scale),
             vec![facts.expansion],

@@ -78,7 +78,7 @@ pub(super) fn deviations(
         }
     }
     read.coordinates /= (rows.len() as f64).max(1.0);
-    read.variation = variation(robot, &rows, known.is_none());
+    read.variation = [variation(robot, &rows, known.is_none()), of_noise(&rows)];
     let attained = readings.rows.iter();
     let attained = attained.map(|row| places.attained(&robot.robot, &row.value));
     Ok(Deviations {
@@ -87,6 +87,18 @@ pub(super) fn deviations(
         frame: places.frame.filter(|_| known.is_none()),
         read,
     })
+}
+
+/// See [`Read::variation`]: n Σ 2 tr Sₖ²/(Σ tr Sₖ)² of the rows' covariances S, at most; 0 where none is stated.
+fn of_noise(rows: &[Deviation]) -> f64 {
+    let known = || rows.iter().filter_map(|row| row.noise);
+    let sum: f64 = known().map(|own| own.mean_square).sum();
+    let squares = known().map(|own| 2.0 * own.largest * own.largest * own.mean_square);
+    if sum > 0.0 {
+        rows.len() as f64 * squares.sum::<f64>() / (sum * sum)
+    } else {
+        0.0
+    }
 }
 
 /// See [`Read::variation`]: from the tolerance, over the poses of the workspace between the measured ones; 0 of too few.

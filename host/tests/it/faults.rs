@@ -219,7 +219,6 @@ fn faults_of_any_size_are_named() {
         (8, Fault::Gear(2e-2)),
         (12, Fault::Slip(0.8)),
         (12, Fault::Move(5.0, 0.0)),
-        (12, Fault::Backlash(0.2, false)),
         (12, Fault::Scale(2e-2)),
         (1000, Fault::Slip(0.02)),
         (1000, Fault::Backlash(0.01, false)),

@@ -470,19 +470,8 @@ impl Search<'_> {
 
     /// By how much the noise was widened for the fit.
     fn widened_by(&self, solution: &Solution) -> f64 {
-        let facts = &self.case.robot.instruments;
-        let stated = [
-            (
-                Kind::Position,
-                self.case.robot.noise.map(|own| own.position()),
-            ),
-            (Kind::Height, facts.height_noise),
-            (Kind::Distance, facts.distance_noise),
-        ];
-        let factors = solution.noise.iter().filter_map(|own| {
-            let (_, stated) = stated.iter().find(|(kind, _)| *kind == own.kind)?;
-            Some(own.sigma / (*stated)?)
-        });
+        let noise = solution.noise.iter();
+        let factors = noise.filter_map(|own| Some(own.sigma / self.case.robot.sigma(own.kind)?));
         factors.fold(1.0, f64::max)
     }
 

@@ -401,7 +401,7 @@ impl Course {
                 _ => None,
             };
             Place {
-                directions: moves.next(&row.value.joints),
+                directions: readings.directions_at(row, &mut moves),
                 part: share(index as f64, last) - 0.5,
                 radius_squared: share(squared, largest),
                 scaled: if row.value.height.is_none() { 1.0 } else { 0.0 },

@@ -110,8 +110,6 @@ pub struct Validation {
     of_datum: bool,
 }
 
-/// σ of an instrument's scale, if none is stated.
-const USUAL_SCALE: f64 = 1e-5;
 /// Of the expanded uncertainty of the instrument.
 const COVERAGE_FACTOR: f64 = 2.0;
 
@@ -135,7 +133,7 @@ impl Validation {
         } else {
             centroid(self.rows.iter().map(|row| row.position))
         };
-        let mut variance = facts.scale.unwrap_or(USUAL_SCALE).powi(2) * mean_square(&from);
+        let mut variance = facts.scale_sigma().powi(2) * mean_square(&from);
         if known && let Some(target) = facts.targets.first() {
             variance += target.sigma.norm_squared();
         }

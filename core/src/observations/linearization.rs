@@ -56,7 +56,7 @@ impl<T: Real> ObservationRow<T> {
         Ok(())
     }
 
-    /// Computes the weights of the readings; `shape`: the covariance of two coordinates in products of their σ, if it is not
+    /// Computes the weights of the readings; `shape`: the covariance of two readings in products of their σ, if it is not
     /// that of independent ones.
     pub(super) fn take_weights(
         &mut self,

@@ -14,7 +14,7 @@ use crate::robot::{
 };
 use crate::samples::{Triangle, Unknowns, moved_arm, part, squares};
 use core::ops::Deref;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{SMatrix, Vector3};
 
 /// Pieces of a row's linearisation: its derivatives, and the parts in which they are absorbed.
 const PIECES: usize = 1 + PARTS;
@@ -90,8 +90,9 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         Self::prepare_with(robot, instruments, rows, |_| None)
     }
 
-    /// The same with rows whose coordinates' errors are not independent or not alike. `shape` gives their covariance by the
-    /// index of the row, in products of the σ of the [noise](super::ObservationNoise), symmetric and positive definite.
+    /// The same with rows whose readings' errors are not independent or not alike. `shape` gives their covariance, without the
+    /// joints' part, by the index of the row: of x, y, z, height and distance, in products of the σ of the
+    /// [noise](super::ObservationNoise), symmetric and positive definite.
     ///
     /// # Errors
     /// As [`prepare`](Self::prepare).
@@ -99,7 +100,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         robot: &'a Robot<T>,
         instruments: &'a Instruments<'a, T>,
         rows: &'a mut [ObservationRow<T>],
-        mut shape: impl FnMut(usize) -> Option<Matrix3<T>>,
+        mut shape: impl FnMut(usize) -> Option<SMatrix<T, 5, 5>>,
     ) -> Result<Self, PrepareError> {
         let parameters = OF_ROBOT + instruments.unknowns();
         if parameters > N {

@@ -95,6 +95,18 @@ impl<const P: usize> Sensitivities<P> {
         Some(Self(all.collect()))
     }
 
+    /// The variance of the squared position error over the poses, relative to its squared mean: of a normal error of the
+    /// parameters with covariance C, from E|e|⁴ = (tr S)² + 2 tr S² with S = J C Jᵀ.
+    pub(crate) fn variation(&self, covariance: &SMatrix<f64, P, P>) -> f64 {
+        let fourth = self.0.iter().map(|(_, jacobian)| {
+            let own = jacobian * covariance * jacobian.transpose();
+            own.trace() * own.trace() + 2.0 * own.norm_squared()
+        });
+        let mean = self.mean_square() * covariance;
+        let square = mean.trace() * mean.trace() + 2.0 * mean.dot(&mean.transpose());
+        fourth.sum::<f64>() / self.0.len() as f64 / square - 1.0
+    }
+
     /// The mean W of JᵀJ: with the covariance C of the parameters, tr(W C) is the mean square of the position error.
     pub(crate) fn mean_square(&self) -> SMatrix<f64, P, P> {
         let mut sum = SMatrix::<f64, P, P>::zeros();

@@ -271,7 +271,9 @@ fn of_stated(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         Datum::of(case.robot, case.options.frame),
         solution.places.frame,
     ) {
-        for (point, off, sigmas) in datum.contradicted(&frame, noise) {
+        let scale = solution.effect(EffectKind::Scale);
+        let scale = scale.map_or(0.0, |own| own.by[0]);
+        for (point, off, sigmas) in datum.contradicted(&frame, (noise, scale)) {
             let text = format!(
                 "Datum {} is {} mm off: {sigmas:.0} σ. Measure it again.",
                 point.name,

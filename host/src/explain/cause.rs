@@ -16,6 +16,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 const EXPLAINED: f64 = 1.3;
 /// An explanation of most leaves less than one in so many.
 const MOSTLY: f64 = 3.0;
+/// A step that chance shows so often is none: a robot far beyond its tolerance leaves residuals of any shape.
+const BY_CHANCE: f64 = 1e-3;
 
 /// Errors outside the model that the residuals reveal.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -289,7 +291,8 @@ impl Found {
         let own = cause(case, self, best, first, frame)?;
         let [arm, ..] = case.robot.robot.arms();
         let is_rounding = best.solution.levels.position.position() < COMPUTED * arm.lb();
-        (best.is_in_residuals(&self.base) && !is_rounding).then_some(Step {
+        let is_shown = own.p < BY_CHANCE && best.is_in_residuals(&self.base);
+        (is_shown && !is_rounding).then_some(Step {
             row: first.index,
             line: own.line?,
             text: own.text,

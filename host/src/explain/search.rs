@@ -9,9 +9,9 @@ use crate::fit::{Case, Frame, Options, Solution, solve_with};
 use crate::geometry::Directions;
 use crate::halt;
 use crate::order;
-use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use delta_cal::{ArmIndex, Real};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 /// Chance that some hypothesis is accepted for a file without any fault, shared by this many kinds.
 const FALSE_ALARM: f64 = 0.003;
@@ -146,8 +146,6 @@ struct Search<'a> {
     /// The noise of the readings as they are, if it is estimated.
     levels: Option<Levels>,
     rows: usize,
-    /// Of each joint's last move at each row.
-    directions: Vec<[f64; 3]>,
 }
 
 /// Looks for what explains the readings better than the robot alone; `None` if they cannot be fitted at all.
@@ -156,8 +154,14 @@ struct Search<'a> {
 pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
     let count = case.readings.rows.len();
     let mut chosen: Vec<_> = evenly(0, count, MOST_ROWS).collect();
+    let mut moves = Directions::default();
+    let rows = case.readings.rows.iter();
+    let directions: Vec<_> = rows
+        .map(|row| (row.line, moves.next(&row.value.joints)))
+        .collect();
     for last in [false, false, true] {
         let mut some = case.readings.clone();
+        some.directions = chosen.iter().map(|row| directions[*row]).collect();
         some.rows = chosen.iter().map(|row| some.rows[*row]).collect();
         let mut found = searched(&Case {
             readings: &some,
@@ -191,19 +195,12 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         robust: false,
         ..case.options
     };
-    let mut moves = Directions::default();
-    let directions = case
-        .readings
-        .rows
-        .iter()
-        .map(|row| moves.next(&row.value.joints));
     let mut search = Search {
         case,
         options,
         freedom: None,
         levels: None,
         rows: case.readings.rows.len(),
-        directions: directions.collect(),
     };
     let base = search.fitted(Hypothesis::default())?;
     search.freedom = Some(base.freedom);
@@ -291,10 +288,20 @@ fn searched(case: &Case<'_>) -> Option<Found> {
 const TAKEN_UP: f64 = 4.0;
 
 impl Search<'_> {
-    /// The χ² that a hypothesis must explain: of so many of its kind, with so many unknowns.
-    fn penalty(unknowns: usize, of_kind: f64) -> f64 {
-        let level = FALSE_ALARM / KINDS / of_kind.max(1.0);
-        ChiSquared::new(unknowns as f64).map_or(f64::INFINITY, |own| own.inverse_cdf(1.0 - level))
+    /// The χ² that a hypothesis must explain: of so many of its kind, with so many unknowns. Of an estimated noise with few
+    /// degrees of freedom ν it is ν ln(1 + k (F − 1)/ν), as far as that is more.
+    fn penalty(&self, unknowns: usize, of_kind: f64) -> f64 {
+        let level = 1.0 - FALSE_ALARM / KINDS / of_kind.max(1.0);
+        let number = unknowns as f64;
+        let chi_square =
+            ChiSquared::new(number).map_or(f64::INFINITY, |own| own.inverse_cdf(level));
+        let Some(freedom) = self.freedom.filter(|_| self.levels.is_some()) else {
+            return chi_square;
+        };
+        let ratio = FisherSnedecor::new(number, freedom - number);
+        let ratio = ratio.map_or(f64::INFINITY, |own| own.inverse_cdf(level));
+        let of_ratio = freedom * (1.0 + number * (ratio - 1.0) / freedom).natural_logarithm();
+        chi_square.max(of_ratio)
     }
 
     /// How many hypotheses are like this one.
@@ -317,16 +324,16 @@ impl Search<'_> {
                 EffectKind::Backlash => backlash += 1,
                 // A plate moves up and tilts.
                 EffectKind::Move if !self.case.readings.holds(Kind::Position) => {
-                    sum += Self::penalty(3, self.alike(Some(EffectKind::Move)));
+                    sum += self.penalty(3, self.alike(Some(EffectKind::Move)));
                 }
-                kind => sum += Self::penalty(kind.unknowns(), self.alike(Some(kind))),
+                kind => sum += self.penalty(kind.unknowns(), self.alike(Some(kind))),
             }
         }
         if backlash > 0 {
-            sum += Self::penalty(backlash, self.alike(Some(EffectKind::Backlash)));
+            sum += self.penalty(backlash, self.alike(Some(EffectKind::Backlash)));
         }
         let rows = hypothesis.rows.len() as f64;
-        sum + rows * Self::penalty(3, self.alike(None))
+        sum + rows * self.penalty(3, self.alike(None))
     }
 
     /// Fits the robot and the hypothesis.
@@ -341,8 +348,10 @@ impl Search<'_> {
         let arms: Vec<_> = of_backlash
             .filter_map(|own| Some(own.arm?.index()))
             .collect();
-        let still =
-            (0..self.rows).filter(|row| arms.iter().any(|arm| self.directions[*row][*arm] == 0.0));
+        let still = (0..self.rows).filter(|row| {
+            let directions = readings.directions.get(&readings.rows[*row].line);
+            directions.is_some_and(|own| arms.iter().any(|arm| own[*arm] == 0.0))
+        });
         hypothesis.rows.extend(still);
         hypothesis.rows.sort_unstable();
         hypothesis.rows.dedup();
@@ -461,19 +470,8 @@ impl Search<'_> {
 
     /// By how much the noise was widened for the fit.
     fn widened_by(&self, solution: &Solution) -> f64 {
-        let facts = &self.case.robot.instruments;
-        let stated = [
-            (
-                Kind::Position,
-                self.case.robot.noise.map(|own| own.position()),
-            ),
-            (Kind::Height, facts.height_noise),
-            (Kind::Distance, facts.distance_noise),
-        ];
-        let factors = solution.noise.iter().filter_map(|own| {
-            let (_, stated) = stated.iter().find(|(kind, _)| *kind == own.kind)?;
-            Some(own.sigma / (*stated)?)
-        });
+        let noise = solution.noise.iter();
+        let factors = noise.filter_map(|own| Some(own.sigma / self.case.robot.sigma(own.kind)?));
         factors.fold(1.0, f64::max)
     }
 
@@ -557,7 +555,7 @@ impl Search<'_> {
             order::sort_by(&mut gains, |own| -own.0);
             for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
                 let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
-                let penalty = Self::penalty(unknowns, self.alike(hypothesis.kind()));
+                let penalty = self.penalty(unknowns, self.alike(hypothesis.kind()));
                 if gain / variance > FIRST_ORDER * penalty
                     && let Some(both) = state.hypothesis.and(&original(hypothesis))
                 {

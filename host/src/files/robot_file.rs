@@ -402,9 +402,17 @@ pub struct Target {
     pub sigma: Vector3<f64>,
 }
 
+/// σ of a scale if none is stated.
+const USUAL_SCALE: f64 = 1e-5;
+
 impl InstrumentFacts {
     pub(crate) fn target(&self, name: &str) -> Option<&Target> {
         self.targets.iter().find(|own| own.name == name)
+    }
+
+    /// σ of an instrument's scale and of a robot's expansion together.
+    pub(crate) fn scale_sigma(&self) -> f64 {
+        self.scale.unwrap_or(USUAL_SCALE)
     }
 
     pub(crate) fn plane(&self, name: &str) -> Option<&KnownPlane> {

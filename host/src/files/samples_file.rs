@@ -8,7 +8,7 @@ use super::convention::Convention;
 use super::input::{InputError, InputText};
 pub use super::robot_file::Kind;
 use super::robot_file::{ONLY_TARGET, RobotFile};
-use crate::geometry::rotation;
+use crate::geometry::{Directions, rotation};
 use crate::halt;
 use crate::text::list;
 use delta_cal::frame::RigidTransform;
@@ -61,6 +61,8 @@ pub struct Readings {
     pub targets: Vec<String>,
     /// What rows say beside their numbers, by line.
     pub labels: BTreeMap<u64, Label>,
+    /// The direction of each joint's last move by line, if rows between these are left out; 0 before its first.
+    pub(crate) directions: BTreeMap<u64, [f64; 3]>,
     /// Datum points that the instrument measured: their names, and where, mm.
     pub datum: Vec<(String, Vector3<f64>)>,
     /// Lines of rows with the same numbers as an earlier row.
@@ -298,6 +300,7 @@ impl Readings {
             points: Vec::new(),
             targets: Vec::new(),
             labels: BTreeMap::new(),
+            directions: BTreeMap::new(),
             datum: Vec::new(),
             copies: Vec::new(),
             joined: None,
@@ -398,6 +401,12 @@ impl Readings {
                 value: row.value.sample()?,
             })
         })
+    }
+
+    /// The direction of each joint's last move at a row; `moves` has those of the rows before it.
+    pub(crate) fn directions_at(&self, row: &Row<Reading>, moves: &mut Directions) -> [f64; 3] {
+        let known = self.directions.get(&row.line).copied();
+        known.unwrap_or_else(|| moves.next(&row.value.joints))
     }
 
     /// Whether every row consists of x, y and z alone.

@@ -4,6 +4,7 @@ use super::Frame;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::files::input::InputError;
 use crate::files::robot_file::{DatumPoint, RobotFile};
+use crate::geometry::centroid;
 use crate::text::count;
 use delta_cal::frame::RigidTransform;
 
@@ -62,6 +63,12 @@ impl Datum {
         let rms = datum.rms();
         let stated = points.iter().filter_map(|point| point.sigma);
         let stated = stated.fold(UNSTATED, f64::max);
+        // A scale moves the points against each other.
+        let centre = centroid(points.iter().map(|point| point.place));
+        let out = points.iter().map(|point| (point.place - centre).norm());
+        let facts = &robot.instruments;
+        let scale = facts.scale_sigma() + facts.expansion.abs();
+        let stated = stated.hypot(scale * out.fold(0.0, f64::max));
         match &robot.noise {
             Some(noise) if rms > MOST_SIGMAS * noise.position().hypot(stated) => {
                 Err(fault(format!(
@@ -137,17 +144,17 @@ impl Datum {
         }
     }
 
-    /// Points with a stated σ that the others contradict: residual, mm, and the same in its σ.
+    /// Points with a stated σ that the others contradict, in a frame of this noise and scale: residual, mm, and the same in its σ.
     pub(crate) fn contradicted(
         &self,
         frame: &RigidTransform<f64>,
-        noise: f64,
+        (noise, scale): (f64, f64),
     ) -> Vec<(&DatumPoint, f64, f64)> {
         let motions = RigidMotions::of(self.points.iter().map(|point| point.place));
         let points = self.points.iter().filter_map(|point| {
             let sigma = point.sigma?.hypot(noise);
             let left = 1.0 - motions.as_ref()?.leverage(&point.place);
-            let off = point.seen - frame.apply(&point.place);
+            let off = point.seen - frame.apply(&(point.place * (1.0 + scale)));
             let sigmas = off.amax() / (sigma * left.max(0.1).sqrt());
             Some((point, off.norm(), sigmas))
         });

@@ -1,6 +1,6 @@
 //! The core's three estimators applied to readings with given noise, and the residuals of every row.
 
-use super::observations::{instruments, is_stated, places as known_places, row as weighted};
+use super::observations::{instruments, is_stated, places as known_places, rows, shape};
 use super::robust;
 use super::solution::{
     KindNoise, Levels, MOST, PARAMETERS, RowFit, Sensitivity, Solution, Unsolved,
@@ -86,9 +86,7 @@ impl Task<'_> {
         let settings = Settings::new().with_tolerance(self.tolerance);
         let (planes, points) = known_places(self.robot, self.readings);
         let instruments = instruments(self.robot, self.frame, &planes, &points, levels)?;
-        let rows = self.readings.rows.iter();
-        let rows = rows.map(|row| weighted(&row.value, levels));
-        let mut rows = rows.collect::<Result<Vec<_>, Unsolved>>()?;
+        let mut rows = rows(self.readings.rows.iter().map(|row| &row.value))?;
         let (own, rows) = (&instruments, rows.as_mut_slice());
         if PARAMETERS + instruments.unknowns() <= FEW {
             self.with_room::<FEW>(own, rows, &settings, levels, given)
@@ -178,8 +176,7 @@ impl Task<'_> {
         let readings = &self.readings.rows;
         let problem =
             ObservationProblem::<f64, N>::prepare_with(robot, instruments, rows, |row| {
-                halt::check();
-                readings.get(row)?.value.shape
+                shape(&readings.get(row)?.value, levels)
             })?;
         let count = problem.rows().len();
         let (mut weights, mut suspected, mut worth) = (vec![1.0; count], vec![false; count], 1.0);

@@ -12,11 +12,11 @@
 
 use super::Frame;
 use super::datum::Datum;
-use super::observations::{SETTLED, USUAL_TOUCH, is_stated};
+use super::observations::{SETTLED, USUAL_TOUCH, is_stated, places as known_places};
 use super::solution::{Sensitivity, Solution, Unsolved};
 use crate::effects::{
     At, Course, Effect, EffectKind, Estimated, Orientation, OrientationNoise, Places, Platform,
-    USUAL_TURN, motion, moved, orientations, sigmas_of_bed,
+    PointFound, USUAL_TURN, motion, moved, orientations, sigmas_of_bed,
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
@@ -26,8 +26,6 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 
-/// σ of an instrument's scale and of a robot's expansion together, if none is stated.
-const USUAL_SCALE: f64 = 1e-5;
 /// Fits with the effects of the last one removed; a slip of 30° takes six.
 const ROUNDS: u32 = 12;
 /// Degrees of freedom of what touches and beds usually are.
@@ -80,7 +78,7 @@ pub(crate) fn stated(
     }
     let scaled = measured(Kind::Position) || measured(Kind::Distance);
     if scaled && facts.distance_scale.is_none() {
-        let sigma = vec![facts.scale.unwrap_or(USUAL_SCALE)];
+        let sigma = vec![facts.scale_sigma()];
         all.push(Estimated::new(
             Effect::of(EffectKind::Scale),
             vec![facts.expansion],
@@ -125,10 +123,7 @@ pub(super) fn jointly(
         own: robot.robot.clone(),
         counted: robot.instruments.target_place(),
         platform: Platform::of(robot, &readings.targets),
-        found: Places {
-            frame: datum.as_ref().map(|own| own.frame),
-            ..Places::default()
-        },
+        found: places(robot, readings, datum.as_ref().map(|own| own.frame)),
         datum,
         effects,
         height: None,
@@ -251,10 +246,7 @@ pub(crate) fn of_platform_point(
         own: robot.robot.clone(),
         counted: robot.instruments.target_place(),
         platform: Platform::of(robot, &readings.targets),
-        found: Places {
-            frame: known,
-            ..Places::default()
-        },
+        found: places(robot, readings, known),
         datum: None,
         height: None,
         turn: (USUAL_TURN, None),
@@ -271,6 +263,20 @@ pub(crate) fn of_platform_point(
     }
     let course = state.course(readings);
     state.without(&course, readings)
+}
+
+/// What is known of the instruments before a fit.
+fn places(robot: &RobotFile, readings: &Readings, frame: Option<RigidTransform<f64>>) -> Places {
+    let (_, points) = known_places(robot, readings);
+    let found = points.iter().map(|own| {
+        let (place, _) = own.known?;
+        Some(PointFound { place, offset: 0.0 })
+    });
+    Places {
+        frame,
+        points: found.collect::<Option<_>>().unwrap_or_default(),
+        ..Places::default()
+    }
 }
 
 /// What is known of everything so far.

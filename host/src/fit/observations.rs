@@ -3,13 +3,14 @@
 use super::Frame;
 use super::solution::{Levels, Unsolved};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
+use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
 use crate::halt;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,
     Plane, Point,
 };
 use delta_cal::{Noise, Refusal, Tolerance};
+use nalgebra::SMatrix;
 
 /// Typical σ of a height or a distance, used where the robot file states none, mm. It is known within a factor of 3
 /// either way, which sets its degrees of freedom.
@@ -102,14 +103,31 @@ pub fn places(robot: &RobotFile, file: &Readings) -> (Vec<Plane<f64>>, Vec<Point
     (planes.collect(), points.collect())
 }
 
-/// A row of the core's problem, weighted by its own σ if it states one.
-pub(crate) fn row(reading: &Reading, levels: &Levels) -> Result<ObservationRow<f64>, Unsolved> {
+/// The rows of the core's problem.
+pub(crate) fn rows<'a>(
+    readings: impl Iterator<Item = &'a Reading>,
+) -> Result<Vec<ObservationRow<f64>>, Unsolved> {
+    readings
+        .inspect(|_| halt::check())
+        .map(|own| Ok(ObservationRow::new(observation(own)?)))
+        .collect()
+}
+
+/// The covariance of a row's readings without the joints' part, in products of these σ, if the row states its own.
+pub(crate) fn shape(
+    reading: &Reading,
+    levels: &Levels,
+) -> Option<SMatrix<f64, READINGS, READINGS>> {
     halt::check();
-    let mut own = ObservationRow::new(observation(reading)?);
-    if let (Some(sigma), Some(kind)) = (reading.sigma, reading.kind()) {
-        own.set_weight((levels.of(kind) / sigma).powi(2));
+    if reading.sigma.is_none() && reading.shape.is_none() {
+        return None;
     }
-    Ok(own)
+    let mut shape = SMatrix::<f64, READINGS, READINGS>::identity();
+    if let Some(own) = reading.shape {
+        shape.fixed_view_mut::<3, 3>(0, 0).copy_from(&own);
+    }
+    let times = reading.sigma.zip(reading.kind());
+    Some(shape * times.map_or(1.0, |(sigma, kind)| (sigma / levels.of(kind)).powi(2)))
 }
 
 /// A row in the core's form.

@@ -149,10 +149,7 @@ where
         return Err(Unsolved::TooManySuspected(number, counted));
     }
     let weighed = problem.weighed(&search.rows, effective);
-    let weights = search.rows.iter().zip(&search.states);
-    let weights: Vec<_> = weights
-        .map(|(row, own)| row.weight() / own.stated)
-        .collect();
+    let weights: Vec<_> = search.rows.iter().map(ObservationRow::weight).collect();
     let counted = search.states.iter().zip(&weights);
     let counted = counted.filter(|(own, _)| own.readings > 0);
     Ok(RobustFit {
@@ -165,8 +162,6 @@ where
 
 #[derive(Debug, Clone, Copy)]
 struct State {
-    /// Its weight by its own stated σ.
-    stated: f64,
     /// ψ(d)/d.
     weight: f64,
     /// d, in σ.
@@ -178,15 +173,13 @@ struct State {
 
 impl State {
     fn of(row: &ObservationRow<f64>) -> Self {
-        let counts = !row.is_left_out();
         Self {
-            stated: if counts { row.weight() } else { 1.0 },
             weight: 1.0,
             distance: 0.0,
-            readings: if counts {
-                row.observation().readings()
-            } else {
+            readings: if row.is_left_out() {
                 0
+            } else {
+                row.observation().readings()
             },
             suspected: false,
         }
@@ -195,7 +188,7 @@ impl State {
 
 /// A search for the right rows and the unknowns that fit them.
 struct Search<'a, const N: usize> {
-    /// The problem with all rows weighted by their own σ alone.
+    /// The problem with all rows weighted alike.
     problem: &'a ObservationProblem<'a, f64, N>,
     /// The rows with their present weights.
     rows: Vec<ObservationRow<f64>>,
@@ -295,7 +288,7 @@ where
             (own.distance / scale, own.readings as f64, stretch)
         }));
         for (row, own) in self.rows.iter_mut().zip(&self.states) {
-            row.set_weight(own.stated * own.weight / divisor);
+            row.set_weight(own.weight / divisor);
         }
         (largest, effective)
     }
@@ -409,7 +402,7 @@ where
                 row.set_weight(0.0);
             }
             for row in &chosen {
-                self.rows[*row].set_weight(self.states[*row].stated);
+                self.rows[*row].set_weight(1.0);
             }
             let most = self.settings.iteration_limit.min(ITERATIONS);
             let Some(correction) = self.fit(most, chosen.len() as f64) else {

@@ -9,10 +9,10 @@ use crate::cores;
 use crate::effects::{At, Course, EffectKind, Estimated, Platform};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
+use crate::fit::Frame;
 use crate::fit::jointly::stated;
-use crate::fit::observations::{instruments, levels, row, tolerance};
+use crate::fit::observations::{instruments, levels, rows as prepared, shape, tolerance};
 use crate::fit::solution::{MOST, OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
-use crate::fit::{Frame, Unsolved};
 use crate::geometry::{NUMBERS, Parallelograms};
 use delta_cal::observations::ObservationProblem;
 use delta_cal::simulate::made_robot;
@@ -250,8 +250,7 @@ impl Information {
             setup.points.iter().map(|point| point.known).collect(),
         );
         let levels = levels(&setup.robot).ok_or(PlanError::Singular)?;
-        let all = rows.iter().chain(anchors).map(|own| row(own, &levels));
-        let all: Result<Vec<_>, Unsolved> = all.collect();
+        let all = prepared(rows.iter().chain(anchors));
         let mut all = all.map_err(|_| PlanError::TooManyInstruments)?;
         for anchor in &mut all[rows.len()..] {
             anchor.set_weight(0.0);
@@ -262,8 +261,10 @@ impl Information {
         if unknowns > MOST {
             return Err(PlanError::TooManyInstruments);
         }
-        let problem = ObservationProblem::<f64, MOST>::prepare(robot, &instruments, &mut all)
-            .map_err(|_| PlanError::Singular)?;
+        let shape = |index: usize| shape(rows.get(index)?, &levels);
+        let problem =
+            ObservationProblem::<f64, MOST>::prepare_with(robot, &instruments, &mut all, shape)
+                .map_err(|_| PlanError::Singular)?;
         let known = setup.datum.as_ref();
         let frame = known.map_or(setup.frame, |_| Frame::Base);
         let settings = Settings::new().with_tolerance(tolerance(&setup.robot, frame));

@@ -23,6 +23,9 @@ pub(super) struct Read {
     pub(super) coordinates: f64,
     /// Total number used up by fitting the frame and the instruments.
     pub(super) taken_up: f64,
+    /// The variance of the squared error over its squared mean that errors of the parameters lead to where the poses are, and
+    /// the same of the noise: large at steep edges, of which the poses' own scatter tells too little.
+    pub(super) variation: [f64; 2],
 }
 
 /// A figure with its 95 % confidence limits, mm.
@@ -64,9 +67,9 @@ pub(super) fn rms_error(squares: &[f64], noise: f64, read: Read, limit: f64) -> 
     } else {
         (VARIATION, POSES)
     };
-    let expected = variation * 2.0 / read.coordinates;
     let poses = squares.len() as f64;
     let square = squares.iter().sum::<f64>() / poses;
+    let expected = variation * 2.0 / read.coordinates;
     let scatter: f64 = squares.iter().map(|own| (own - square).powi(2)).sum();
     let measured = if square > 0.0 {
         scatter / square.powi(2)
@@ -74,6 +77,9 @@ pub(super) fn rms_error(squares: &[f64], noise: f64, read: Read, limit: f64) -> 
         0.0
     };
     let variation = (weight * expected + measured) / (weight + poses - 1.0);
+    let of_error = (1.0 - noise / square).max(0.0);
+    let [error, of_noise] = read.variation;
+    let variation = variation.max(of_error * error + (1.0 - of_error) * of_noise);
     // Reduced in proportion to the readings used up by the frame and the instruments.
     let freedom_of = |poses: f64| 2.0 * (poses - read.taken_up / read.coordinates) / variation;
     // Deviations that are smaller than the noise by chance do not prove an error smaller than this many poses can show with
@@ -251,7 +257,7 @@ mod tests {
         let noise = 4e-4;
         let read = Read {
             coordinates: 3.0,
-            taken_up: 0.0,
+            ..Read::default()
         };
         let of = |square: f64| rms_error(&[square; 20], noise, read, 0.005);
         let (less, expected) = (of(0.25 * noise), of(noise));

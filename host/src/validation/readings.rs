@@ -4,20 +4,26 @@
 use super::interval::{Deviation, Read, RowNoise};
 use crate::accuracy::repeats::Attained;
 use crate::accuracy::rigid_motion::{RigidMotions, degenerate};
+use crate::accuracy::uncertainty::{Sensitivities, first_inside};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::effects::Places;
-use crate::files::robot_file::{KnownPlane, RobotFile};
+use crate::files::robot_file::{KnownPlane, RobotFile, Tool};
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
-use crate::fit::{Frame, Options, Unsolved, solve};
+use crate::fit::solution::PARAMETERS;
+use crate::fit::{Frame, Options, Unsolved, solve_with};
+use crate::geometry::{Region, range};
 use delta_cal::Tolerance;
 use delta_cal::frame::RigidTransform;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Tolerance that holds the robot fixed while the instruments are fitted: as a fraction of the forearm, and in radians.
 const HELD: f64 = 1e-8;
 /// Prior of an unknown plane: its distance (σ) in forearm lengths, and its tilt in radians.
 const ANYWHERE: f64 = 10.0;
 const TILT: f64 = 0.1;
+/// Poses from which the variation of the error is computed, and the fewest.
+const POSES: usize = 1000;
+const FEWEST: usize = 30;
 /// Step of a joint for derivatives, radians or mm.
 const STEP: f64 = 1e-6;
 
@@ -72,6 +78,7 @@ pub(super) fn deviations(
         }
     }
     read.coordinates /= (rows.len() as f64).max(1.0);
+    read.variation = [variation(robot, &rows, known.is_none()), of_noise(&rows)];
     let attained = readings.rows.iter();
     let attained = attained.map(|row| places.attained(&robot.robot, &row.value));
     Ok(Deviations {
@@ -80,6 +87,52 @@ pub(super) fn deviations(
         frame: places.frame.filter(|_| known.is_none()),
         read,
     })
+}
+
+/// See [`Read::variation`]: n Σ 2 tr Sₖ²/(Σ tr Sₖ)² of the rows' covariances S, at most; 0 where none is stated.
+fn of_noise(rows: &[Deviation]) -> f64 {
+    let known = || rows.iter().filter_map(|row| row.noise);
+    let sum: f64 = known().map(|own| own.mean_square).sum();
+    let squares = known().map(|own| 2.0 * own.largest * own.largest * own.mean_square);
+    if sum > 0.0 {
+        rows.len() as f64 * squares.sum::<f64>() / (sum * sum)
+    } else {
+        0.0
+    }
+}
+
+/// See [`Read::variation`]: from the tolerance, over the poses of the workspace between the measured ones; 0 of too few.
+fn variation(robot: &RobotFile, rows: &[Deviation], relative: bool) -> f64 {
+    let more = 1.0 / f64::max(rows.len() as f64 - 1.0, 1.0);
+    let between = [0, 1, 2].map(|axis| {
+        let (low, high) = range(rows.iter().map(|row| row.position[axis]));
+        (low - more * (high - low), high + more * (high - low))
+    });
+    let mut reach = robot.reach();
+    reach.within = Some(Region {
+        ranges: between,
+        radius: None,
+    });
+    let poses = first_inside(&robot.robot, &reach, POSES);
+    let all = Sensitivities::<PARAMETERS>::of(&robot.robot, &Tool::default(), poses);
+    let left = if relative { all.relative() } else { Some(all) };
+    let [arm, ..] = robot.robot.arms();
+    let usual = || Tolerance::new(1.0, 1.0 / arm.lb()).ok();
+    let (Some(left), Some(tolerance)) = (left, robot.tolerance.or_else(usual)) else {
+        return 0.0;
+    };
+    let sigmas = robot
+        .robot
+        .arms()
+        .each_ref()
+        .map(|arm| tolerance.of_places(arm));
+    let squares = sigmas.as_flattened().iter().map(|own| own * own);
+    let covariance = SMatrix::from_diagonal(&SVector::from_iterator(squares));
+    if left.0.len() < FEWEST {
+        0.0
+    } else {
+        left.variation(&covariance)
+    }
 }
 
 /// Where the instruments are, and the fraction of each reading's deviation absorbed by fitting them, 0 to 1.
@@ -148,10 +201,6 @@ fn of_instruments(
     held.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
     held.transmission = None;
     held.instruments.datum.clear();
-    // An inaccurate robot is no reason to refuse, so the noise is taken from the deviations.
-    held.noise = None;
-    held.instruments.height_noise = None;
-    held.instruments.distance_noise = None;
     // Poses above one another do not show a plane's tilt, so the plane is assumed nearly level.
     for name in &readings.planes {
         let mut planes = held.instruments.planes.iter();
@@ -167,7 +216,8 @@ fn of_instruments(
         }
     }
     let options = Options::in_frame(frame);
-    let solution = solve(&held, readings, &options).map_err(|why| {
+    // An inaccurate robot is no reason to refuse: the noise is as large as the deviations need.
+    let solution = solve_with(&held, readings, &options, (&[], false)).map_err(|why| {
         if let Unsolved::Row(index, error) = why {
             return CalibrateError::from(readings.fault(index, error.to_string()));
         }

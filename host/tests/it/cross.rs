@@ -1,4 +1,4 @@
-//! Every kind of reading in every frame, weighted or not, with a target or without, through every command that takes
+//! Every kind of reading in every frame, weighted or not, with no target, one or two, through every command that takes
 //! samples: the robot that made them is known, and what one command says of a file the others say too.
 
 use crate::support::simulated::{judged, position_errors, rotary};
@@ -42,13 +42,15 @@ struct Case {
     read: Read,
     frame: In,
     weighted: bool,
-    target: bool,
+    targets: usize,
 }
 
 /// One σ of a reading, mm; of a weighted row in turn.
 const SIGMA: f64 = 0.02;
 const SIGMAS: [f64; 2] = [0.01, 0.2];
-const TARGET: [f64; 3] = [12.0, -5.0, -50.0];
+/// Of a joint, radians.
+const JOINT: f64 = 6e-5;
+const TARGETS: [[f64; 3]; 2] = [[12.0, -5.0, -50.0], [-40.0, 20.0, -65.0]];
 /// Where the plane really is, and the σ of what is stated of instruments, mm.
 const PLANE: f64 = -700.03;
 const STATED: f64 = 0.05;
@@ -70,15 +72,22 @@ fn all() -> Vec<Case> {
         let frames = [In::Base, In::Sensor, In::Stored, In::Datum];
         for frame in &frames[..if coordinates { 4 } else { 1 }] {
             // Every pair of these occurs; in the long campaign all of them.
-            let pairs = [(false, false), (true, true), (true, false), (false, true)];
-            let turn = 2 * ((read as usize + *frame as usize) % 2);
-            for (weighted, target) in size(&pairs[turn..turn + 2], &pairs[..]).iter().copied() {
+            let pairs = [
+                (false, 0),
+                (true, 2),
+                (true, 1),
+                (false, 2),
+                (true, 0),
+                (false, 1),
+            ];
+            let turn = 2 * ((read as usize + *frame as usize) % 3);
+            for (weighted, targets) in size(&pairs[turn..turn + 2], &pairs[..]).iter().copied() {
                 let frame = *frame;
                 cases.push(Case {
                     read,
                     frame,
                     weighted,
-                    target,
+                    targets,
                 });
             }
         }
@@ -112,28 +121,25 @@ impl Case {
         })
     }
 
-    fn target(self) -> Option<Vector3<f64>> {
-        self.target.then(|| Vector3::from(TARGET))
+    fn targets(self) -> impl Iterator<Item = Target> {
+        let targets = ["first", "second"].into_iter().zip(TARGETS);
+        targets.take(self.targets).map(|(name, place)| Target {
+            name: name.to_owned(),
+            place: Vector3::from(place),
+            sigma: Vector3::repeat(SIGMA),
+        })
     }
 
     /// The robot file before a calibration.
     fn file(self, rng: &mut Pcg32) -> RobotFile {
         let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(rng);
         let mut file = rotary(true).remove(0);
-        file.noise = (!self.weighted).then(|| Noise::new(SIGMA, 0.0).unwrap());
+        file.noise = (!self.weighted).then(|| Noise::new(SIGMA, JOINT).unwrap());
         let facts = &mut file.instruments;
-        facts.joint_noise = Some(0.0);
+        facts.joint_noise = Some(JOINT);
         facts.height_noise = (!self.weighted).then_some(SIGMA);
         facts.distance_noise = facts.height_noise;
-        facts.targets = self
-            .target
-            .then(|| Target {
-                name: "target".to_owned(),
-                place: Vector3::from(TARGET),
-                sigma: Vector3::repeat(SIGMA),
-            })
-            .into_iter()
-            .collect();
+        facts.targets = self.targets().collect();
         if matches!(self.read, Read::Heights | Read::Both) {
             facts.planes.push(KnownPlane {
                 name: "table".to_owned(),
@@ -184,6 +190,7 @@ impl Case {
             .iter()
             .map(|own| own.name.clone())
             .collect();
+        readings.targets = self.targets().map(|own| own.name).collect();
         let frame = match self.frame {
             In::Base => RigidTransform::identity(),
             _ => sensor(),
@@ -195,10 +202,17 @@ impl Case {
             } else {
                 SIGMA
             };
+            // Each is read as often with either σ.
+            let target = index / 2 % self.targets.max(1);
+            let place = self.targets().nth(target).map(|own| own.place);
+            let touched = pose.position + place.unwrap_or_default();
+            let mut row = Reading::at(
+                pose.joints
+                    .map(|q| q + JOINT * standard_normal::<f64, _>(rng)),
+            );
             let mut normal = || sigma * standard_normal::<f64, _>(rng);
-            let touched = pose.position + self.target().unwrap_or_default();
-            let mut row = Reading::at(pose.joints);
             row.sigma = self.weighted.then_some(sigma);
+            row.target = target;
             match self.read {
                 Read::Heights => row.height = Some((0, touched.z - PLANE + normal())),
                 // Both σ occur in both kinds.
@@ -311,7 +325,8 @@ fn agreed(cases: &[(u64, Case)]) -> [[f64; 2]; 2] {
             sensor_frame: Some(sensor()),
             ..file
         };
-        let found = validate(&right, &readings, request).unwrap();
+        let found = validate(&right, &readings, request);
+        let found = found.unwrap_or_else(|why| panic!("{case:?}: {why}"));
         assert_eq!(found.verdict, Verdict::Pass, "{case:?}: {found:?}");
         let ratio = found.deviation_mm.rms / found.noise_mm.expect("all σ are stated");
         assert!((0.7..1.4).contains(&ratio), "{case:?}: {ratio}");

@@ -6,7 +6,7 @@ use crate::support::simulated::{
 };
 use delta_cal::simulate::standard_normal;
 use delta_cal::{Noise, Robot, Tolerance};
-use delta_cal_host::{Frame, Method, Options, Readings, Report, RobotFile, calibrate};
+use delta_cal_host::{Frame, Method, Options, Report, RobotFile, calibrate};
 use delta_cal_tests::size;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -91,6 +91,7 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
     let rows = [
         (Instrument::Positions, None, true, 20),
         (Instrument::Positions, Some(Method::Ikm), true, 20),
+        (Instrument::Uncertain, None, true, 20),
         (Instrument::Positions, None, false, 30),
         (Instrument::Tracker, None, true, 20),
         (Instrument::Camera, None, true, 30),
@@ -176,30 +177,14 @@ fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
     }
 }
 
-/// The same readings, of which every other row is off by four times as much and states so.
-fn uncertain(truth: &Robot<f64>, mut readings: Readings) -> Readings {
-    for (index, row) in readings.rows.iter_mut().enumerate() {
-        let own = &mut row.value;
-        let times = [1.0, 4.0][index % 2];
-        own.sigma = Some(times * SIGMAS[0]);
-        let exact = truth.forward(&own.joints).unwrap();
-        for (coordinate, exact) in own.position.iter_mut().zip(&exact) {
-            *coordinate = coordinate.map(|value| exact + times * (value - exact));
-        }
-    }
-    readings
-}
-
 /// 3 of 40 rows are off by 1 to 2 mm, whether rows state their uncertainty or not. Rows out of the file robot's reach, such as
 /// row 3 of the last robot, are not reported because they are not used.
 #[test]
 fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
     let files = rotary(true).into_iter().take(5).enumerate();
-    for ((place, file), stated) in files.flat_map(|own| [(own.clone(), false), (own, true)]) {
-        let (truth, mut readings) = measured(&file, Instrument::Positions, 40, 11 + place as u64);
-        if stated {
-            readings = uncertain(&truth, readings);
-        }
+    let both = [Instrument::Positions, Instrument::Uncertain];
+    for ((place, file), instrument) in files.flat_map(|own| both.map(|of| (own.clone(), of))) {
+        let (_, mut readings) = measured(&file, instrument, 40, 11 + place as u64);
         let wrong = [8, 17, 29];
         for (axis, (row, off)) in wrong.into_iter().zip([1.0, 1.5, 2.0]).enumerate() {
             let coordinate = &mut readings.rows[row].value.position[axis];
@@ -210,7 +195,8 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
             ..Options::default()
         };
         let report = calibrate(&file, &readings, &options).unwrap();
-        assert_eq!(report.suspected_samples, [10, 19, 31], "{place} {stated}");
+        let suspected = report.suspected_samples;
+        assert_eq!(suspected, [10, 19, 31], "{place} {instrument:?}");
         // Residuals are 20 times the noise.
         let plain = calibrate(&file, &readings, &Options::default());
         assert!(plain.is_err(), "{place}");
@@ -224,17 +210,14 @@ fn a_robust_fit_shows_the_noise_as_it_is() {
         robust: true,
         ..Options::default()
     };
-    for stated in [false, true] {
+    for instrument in [Instrument::Positions, Instrument::Uncertain] {
         let ratios = (0..12).map(|seed| {
-            let (truth, mut readings) = measured(&first(), Instrument::Positions, 150, seed);
-            if stated {
-                readings = uncertain(&truth, readings);
-            }
+            let (_, readings) = measured(&first(), instrument, 150, seed);
             let report = calibrate(&first(), &readings, &options).unwrap();
             report.noise[0].ratio / 12.0
         });
         let mean: f64 = ratios.sum();
-        assert!((0.965..1.035).contains(&mean), "{stated} {mean}");
+        assert!((0.965..1.035).contains(&mean), "{instrument:?} {mean}");
     }
 }
 

@@ -18,6 +18,8 @@ pub(crate) const SIGMAS: [f64; 4] = [0.02, 0.002, 0.02, 0.05];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Instrument {
     Positions,
+    /// The same with an uncertainty in each row, of every other one five times as large.
+    Uncertain,
     /// In a frame that stands anywhere.
     Tracker,
     /// A plate with gauge blocks of 0, 60 and 120 mm.
@@ -115,11 +117,22 @@ pub(crate) fn readings(
     for index in 0..rows {
         let joints = random_pose(truth, &file.limits, rng).unwrap().joints;
         let x = truth.forward(&joints).unwrap();
+        let uncertain = instrument == Instrument::Uncertain;
+        let position = position
+            * if uncertain && index % 2 == 1 {
+                5.0
+            } else {
+                1.0
+            };
         let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(rng);
         let reported = joints.map(|q| q + normal(joint));
         let mut own = Reading::at(reported);
+        own.sigma = uncertain.then_some(position);
         match instrument {
-            Instrument::Positions | Instrument::Tracker | Instrument::Camera => {
+            Instrument::Positions
+            | Instrument::Uncertain
+            | Instrument::Tracker
+            | Instrument::Camera => {
                 let seen = match instrument {
                     Instrument::Tracker => frame.apply(&x),
                     _ => x,

@@ -3,10 +3,9 @@
 use crate::export::controllers::towers;
 use crate::export::klipper::Delta;
 use crate::import::campaign::{
-    HEIGHT, Made, OF_PRINTER, RADIUS, STEPS, Set, drawn, fitted, normal, prints, reported, set,
-    set_up, spread,
+    HEIGHT, Made, OF_PRINTER, RADIUS, STEPS, Set, drawn, normal, prints, set, set_up, spread,
 };
-use crate::import::fixtures::{Printer, Row, folder, printer};
+use crate::import::fixtures::{Printer, Row, folder};
 use crate::support::{Folder, Point};
 use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::report::printer::PrinterReport;
@@ -299,17 +298,4 @@ fn without_heights_the_bed_stays_as_configured() {
         assert!((stop - 300.0).abs() < 1e-9, "{lines}");
     }
     assert!((pasted.radius - 99.0).abs() > 0.1, "{lines}");
-}
-
-/// The heights of a real printer's first calibration are right with and without what was fitted before.
-#[test]
-fn a_real_printer_has_no_bad_touch() {
-    for number in ["01", "05", "20"] {
-        let own = printer(number);
-        let refitted = Printer {
-            klipper: fitted(&own.klipper, &own.rows),
-            ..own
-        };
-        let _ = reported(&refitted.klipper, &refitted.rows, &Stated::default());
-    }
 }

@@ -565,35 +565,6 @@ fn pasted_lines_print_better_than_klippers_own() {
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
 
-/// The same readings and rods, stated without a σ and wrong either way, run again with the lines pasted: after two rounds
-/// there is nothing to change, and the bed is as flat as after the first.
-#[test]
-fn running_and_pasting_again_converges() {
-    for (index, rods) in [(0, 328.0), (1, 332.0), (2, 332.0)] {
-        let mut rng = generator(950, index);
-        let set = &sets()[0];
-        let made = Made::new(set, &mut rng);
-        let mut controller = drawn();
-        let saved = measured(&made, set, &controller, &mut rng);
-        let stated = Stated {
-            rods: Some([rods; 3]),
-            ..Stated::default()
-        };
-        let mut flat = Vec::new();
-        for _ in 0..4 {
-            let (found, _) = reported(&controller, &saved, &stated);
-            let Some(lines) = found.printer.lines else {
-                break;
-            };
-            controller = Delta::pasted(&lines, STEPS);
-            flat.push(prints(&made, &controller)[HEIGHT]);
-        }
-        eprintln!("{rods}: {flat:?}");
-        assert!((1..=2).contains(&flat.len()), "{rods}: {flat:?}");
-        assert!(flat[flat.len() - 1] < 1.05 * flat[0], "{rods}: {flat:?}");
-    }
-}
-
 /// One height of each of the ten real printers, left out in turn and predicted from the others: against least squares of
 /// Klipper's six parameters, or of nine with distances.
 #[test]

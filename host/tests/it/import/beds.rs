@@ -275,27 +275,3 @@ fn stated_rods_that_distances_contradict_are_refused() {
         }
     }
 }
-
-/// Without a height the bed stays as configured, whatever a print says: no end stop moves, and nothing is said of the bed.
-#[test]
-fn without_heights_the_bed_stays_as_configured() {
-    let folder = Folder::new();
-    folder.write(
-        "config.g",
-        "M665 L198 R99 H300 B69 X0 Y0 Z0\nM666 X0 Y0 Z0\n",
-    );
-    let run = folder
-        .run("calibrate config.g --printed 120=118 --json r.json")
-        .ok();
-    for words in ["Bed error", "flatter"] {
-        assert!(!run.stdout.contains(words), "{}", run.stdout);
-    }
-    let report = folder.json("r.json");
-    assert!(report["printer"]["after"]["height_rms_mm"].is_null());
-    let lines = report["printer"]["lines"].as_str().unwrap();
-    let pasted = read("reprapfirmware", lines);
-    for stop in pasted.endstops {
-        assert!((stop - 300.0).abs() < 1e-9, "{lines}");
-    }
-    assert!((pasted.radius - 99.0).abs() > 0.1, "{lines}");
-}

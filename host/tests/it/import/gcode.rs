@@ -3,12 +3,8 @@
 use crate::export::klipper::Delta;
 use crate::import::run_next;
 use crate::support::{Folder, Point, assert_refused, cases, distance, number};
-use delta_cal::Robot;
-use delta_cal::robot::Arm;
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
-use nalgebra::Vector3;
-use std::fmt::Write;
 
 const REPRAPFIRMWARE: &str = "\
 ; my config
@@ -177,68 +173,6 @@ fn tables_of_heights_have_the_places_of_the_firmware() {
     }
 }
 
-/// What a console says of a place and a height.
-type Answer = fn([f64; 2], f64) -> String;
-
-/// Where each console says that the probe triggered, in all of their words.
-#[test]
-fn answers_of_a_console_are_heights() {
-    let own = printer();
-    let places = [
-        [0.0, 0.0],
-        [90.0, 0.0],
-        [-45.0, 78.0],
-        [-45.0, -78.0],
-        [45.0, 78.0],
-    ];
-    // The bed as another printer makes it: an end stop that is 0.4 mm lower.
-    let mut made = printer();
-    made.endstops[0] -= 0.4;
-    let high = made.absolute_endstops();
-    let z = |[x, y]: [f64; 2]| {
-        let mut z = 0.0;
-        for _ in 0..20 {
-            let steps = own.steps([x, y, z]);
-            z -= made.position(steps)[2];
-        }
-        z + 0.5
-    };
-    assert!(high[0] < own.absolute_endstops()[0]);
-    let consoles: [(&str, &str, Answer); 5] = [
-        ("config.g", REPRAPFIRMWARE, |[x, y], z| {
-            format!("G1 X{x} Y{y} F6000\nG30 S-1\nStopped at height {z:.4} mm\n")
-        }),
-        // Duet Web Control lists what was last first.
-        ("config.g", REPRAPFIRMWARE, |[x, y], z| {
-            format!("G30 S-1\nStopped at height {z:.4} mm\nG1 X{x} Y{y} F6000\n")
-        }),
-        ("m503.txt", MARLIN, |[x, y], z| {
-            format!(
-                "Recv: Bed X: {x} Y: {y} Z: {z:.4}\nRecv: X:{x} Y:{y} Z:10 E:0 Count A:0 B:0 C:0\n"
-            )
-        }),
-        ("m503.txt", MARLIN, |[x, y], z| {
-            format!("// probe at {x:.3},{y:.3} is z={z:.6}\n")
-        }),
-        ("m503.txt", MARLIN, |[x, y], z| {
-            format!("// probe: at {x:.3},{y:.3} bed will contact at z={z:.6}\n")
-        }),
-    ];
-    for (name, text, answer) in consoles {
-        let folder = Folder::new();
-        folder.write(name, text);
-        let answers = places.map(|place| answer(place, z(place)));
-        folder.write("console.txt", answers.concat());
-        let run = folder.run(&format!("calibrate {name} console.txt --json -"));
-        let report = run.ok().json();
-        assert_eq!(report["printer"]["heights"], 5, "{name}");
-        // Five touches leave 0.1 mm open, so what is known of the bed is compared.
-        let now = number(&report, "printer/before/height_worst_mm");
-        let then = number(&report, "printer/after/height_worst_mm");
-        assert!(now > 0.1 && then < 0.5 * now, "{now} {then}");
-    }
-}
-
 #[test]
 fn lines_that_cannot_be_read_are_refused() {
     let table = "
@@ -263,75 +197,5 @@ fn lines_that_cannot_be_read_are_refused() {
         assert_refused(&folder, "import", &case);
         let said = folder.run(&format!("import {controller} config.g --output mine"));
         assert!(!said.stderr.contains("hunter2"), "{}", said.stderr);
-    }
-}
-
-/// FluidNC's own example of a file, and its answers to G38.2 in machine coordinates, whose z = 0 is in the plane of the
-/// motors: touches of a flat bed by a robot whose forearms are longer.
-#[test]
-fn probes_of_fluidnc_and_grblhal_are_touches_of_a_bed_below_the_arms() {
-    let robot = |forearm: f64| {
-        let arm = |theta: f64| {
-            let radius = (180.0 - 86.6) / (2.0 * 3f64.sqrt());
-            let (sine, cosine) = theta.to_radians().sin_cos();
-            let [x, y] = [radius * cosine, radius * sine];
-            Arm::new([x, y, 0.0, theta.to_radians(), 0.0, 70.0, 0.0, forearm]).unwrap()
-        };
-        Robot::new([-90.0, 30.0, 150.0].map(arm)).unwrap()
-    };
-    let (configured, is) = (robot(133.5), robot(136.5));
-    let mut answers = String::from("$H\nok\n");
-    for (x, y) in [
-        (0, 0),
-        (30, 0),
-        (-30, 0),
-        (0, 30),
-        (0, -30),
-        (20, 20),
-        (-20, 20),
-        (20, -20),
-    ] {
-        let mut at = Vector3::new(f64::from(x), f64::from(y), -130.0);
-        for _ in 0..20 {
-            let joints = configured.inverse(&at).unwrap();
-            at.z += -130.0 - is.forward(&joints).unwrap().z;
-        }
-        writeln!(
-            answers,
-            "G38.2 Z-150 F100\n[PRB:{x}.000,{y}.000,{:.3}:1]\nok",
-            at.z
-        )
-        .unwrap();
-    }
-    let folder = Folder::new();
-    folder.write("probed.txt", answers + "[PRB:0.000,0.000,-150.000:0]\n");
-    folder.write(
-        "config.yaml",
-        "name: Delta\nkinematics:\n  parallel_delta:\n    crank_mm: 70.00\n    base_triangle_mm: 180.00\n    \
-         linkage_mm: 133.500000\n    end_effector_triangle_mm: 86.60\n    up_degrees: -29.000000\n\
-         axes:\n  x:\n    homing:\n      mpos_mm: 0.0\n",
-    );
-    folder.write(
-        "settings.txt",
-        "$641=133.5\n$642=70\n$643=180\n$644=86.6\n$646=-29\n",
-    );
-    for (file, homed) in [("config.yaml", "fluidnc"), ("settings.txt", "grblhal")] {
-        let run = folder
-            .run(&format!("import {homed} {file} --output {homed}"))
-            .ok();
-        assert!(
-            run.stdout.contains("--home -29.000000,-29"),
-            "{}",
-            run.stdout
-        );
-        let report = folder
-            .run(&format!("calibrate {file} probed.txt --json -"))
-            .ok()
-            .json();
-        assert_eq!(report["printer"]["heights"], 8);
-        let [before, after] =
-            ["before", "after"].map(|own| number(&report, &format!("printer/{own}/height_rms_mm")));
-        eprintln!("{file}: {before} {after}");
-        assert!(after < 0.5 * before, "{file}: {before} {after}");
     }
 }

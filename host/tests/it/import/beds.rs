@@ -6,7 +6,7 @@ use crate::import::campaign::{
     HEIGHT, Made, OF_PRINTER, RADIUS, STEPS, Set, drawn, normal, prints, set, set_up, spread,
 };
 use crate::import::fixtures::{Printer, Row, folder};
-use crate::support::{Folder, Point};
+use crate::support::Point;
 use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::report::printer::PrinterReport;
 use delta_cal_host::{InputText, calibrate, printer as printers};

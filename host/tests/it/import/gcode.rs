@@ -2,7 +2,7 @@
 
 use crate::export::klipper::Delta;
 use crate::import::run_next;
-use crate::support::{Folder, Point, assert_refused, cases, distance, number};
+use crate::support::{Folder, Point, assert_refused, cases, distance};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
 

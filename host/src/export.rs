@@ -292,7 +292,10 @@ impl Case<'_> {
             height = self.settings.height.unwrap_or(usual);
         }
         let start = Geometry::start(drive, &shapes, holds, height);
-        if holds.heights != geometry::Each::Fixed {
+        if holds.heights == geometry::Each::Fixed {
+            // The controller's z = 0 is in the plane of its arms.
+            frame.shift.z -= Shape::mean(&shapes).height;
+        } else {
             frame.shift.z += height;
         }
         frame.turns.z += start.turn;

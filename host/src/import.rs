@@ -20,7 +20,7 @@ mod stated;
 use crate::files::input::{InputError, InputText};
 pub use console::touched;
 pub use imported::Imported;
-pub(crate) use imported::{OF_PROBE, SHRINKAGE, USUAL_TOWERS};
+pub(crate) use imported::{OF_PROBE, SHRINKAGE, USUAL_TOWERS, lowered};
 pub use stated::{Length, Stated, lengths, printed, shrinkage};
 use std::path::Path;
 
@@ -110,7 +110,14 @@ impl Firmware {
         let answered = |line: &str| {
             let code = line.split(';').next().unwrap_or_default();
             let answer = code.split_once("echo:").map(|(_, own)| own.trim_start());
+            // Marlin 2.1 answers M665 without an echo, but with the segments of a second.
+            let all = |letters: [char; 3]| {
+                letters
+                    .iter()
+                    .all(|own| code.split_whitespace().any(|word| word.starts_with(*own)))
+            };
             answer.is_some_and(|own| own.starts_with("M665") || own.starts_with("M666"))
+                || code.trim_start().starts_with("M665 ") && all(['L', 'H', 'S'])
         };
         if lines.any(|line| answered(line) || line.starts_with("#define DELTA_")) {
             return Some(Self::Marlin);

@@ -202,7 +202,7 @@ fn printer(
         .filter(|count| (LEAST..=MOST).contains(count))
     else {
         return Err(Failure::usage(
-            "touches of a printer's bed are planned with --count",
+            format!("touches of a printer's bed are planned with --count, {LEAST} to {MOST}"),
             "write for example delta-cal plan printer.cfg --count 16 --output touches.gcode",
         ));
     };

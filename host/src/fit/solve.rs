@@ -2,7 +2,7 @@
 
 use super::estimators::Task;
 use super::jointly::jointly;
-use super::observations::{SETTLED, USUAL_DISTANCE, USUAL_HEIGHT, is_stated, levels, tolerance};
+use super::observations::{SETTLED, USUAL_DISTANCE, is_stated, levels, tolerance};
 use super::solution::{KindNoise, Levels, Solution, Unsolved};
 use super::{Frame, Method, Options};
 use crate::effects::Estimated;
@@ -12,13 +12,14 @@ use crate::halt;
 use delta_cal::{Noise, Real, Refusal};
 use statrs::function::gamma::ln_gamma;
 
-/// Degrees of freedom of the typical noise of heights and distances, known within a factor of 3 either way.
+/// Degrees of freedom of the typical noise of distances, known within a factor of 3 either way.
 const USUAL_FREEDOM: f64 = 3.0;
 /// Fewest degrees of freedom that can tell a noise without prior.
 const LEAST_FREEDOM: f64 = 2.5;
-/// The median σ of heights, mm, and the factor to either side that is one σ of its logarithm: probes and beds differ by more than
-/// callipers do.
-const HEIGHTS: (f64, f64) = (0.015, 3.0);
+/// The most likely σ of heights, mm, and the factors below and above it that are one σ of its logarithm: few touches are much better,
+/// and those of rough beds much worse. Its degrees of freedom, with which stated bed errors are those of simulated printers.
+const HEIGHTS: (f64, [f64; 2]) = (0.015, [2.0, 4.0]);
+const HEIGHT_FREEDOM: f64 = 4.8;
 const ROUNDS: u32 = 60;
 /// A σ below this fraction of the forearm is rounding error.
 const ROUNDING: f64 = 1e-11;
@@ -38,8 +39,8 @@ const SHOWN: f64 = 2.0;
 /// σₖ² ← (Σ rₖ² + ν₀ s₀²)/(νₖ + ν₀)
 /// ```
 ///
-/// s₀ and ν₀ are typical of such readings; coordinates have no typical value. The σ of heights is log-normal about s₀ by
-/// a factor f, of which this is the most likely:
+/// s₀ and ν₀ are typical of such readings; coordinates have no typical value. The σ of heights is log-normal about s₀, with a
+/// factor f below and another one above, of which this is the most likely:
 ///
 /// ```text
 /// Σ rₖ²/σₖ² − νₖ = ln(σₖ/s₀)/ln² f
@@ -144,7 +145,7 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
 fn next(own: &mut KindNoise) -> Result<f64, Unsolved> {
     let (usual, worth) = match own.kind {
         Kind::Position => (0.0, 0.0),
-        Kind::Height => (USUAL_HEIGHT, USUAL_FREEDOM),
+        Kind::Height => (HEIGHTS.0, HEIGHT_FREEDOM),
         Kind::Distance => (USUAL_DISTANCE, USUAL_FREEDOM),
     };
     own.known = own.freedom + worth;
@@ -153,14 +154,18 @@ fn next(own: &mut KindNoise) -> Result<f64, Unsolved> {
     }
     if own.kind == Kind::Height {
         // The core's logarithm, and no `powi` of a constant: a page in a browser computes the same bits.
-        let width = HEIGHTS.1.natural_logarithm();
-        let tight = 1.0 / (width * width);
+        let [below, above] = HEIGHTS.1.map(|own| {
+            let width = own.natural_logarithm();
+            1.0 / (width * width)
+        });
         let off = (own.sigma / HEIGHTS.0).natural_logarithm();
         // Newton's method, for the square of the factor.
         let mut square: f64 = 1.0;
         for _ in 0..ROUNDS {
             let squares = own.squares / square;
-            let over = squares - own.freedom - tight * (off + 0.5 * square.natural_logarithm());
+            let off = off + 0.5 * square.natural_logarithm();
+            let tight = if off < 0.0 { below } else { above };
+            let over = squares - own.freedom - tight * off;
             square += (over * square / (squares + 0.5 * tight)).max(-0.75 * square);
         }
         return Ok(square.sqrt());

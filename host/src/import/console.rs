@@ -6,6 +6,7 @@
 //! RepRapFirmware   G1 X10 Y20, then: Stopped at height 0.032 mm          heightmap.csv
 //! Repetier         Z-probe:12.45 X:-80.00 Y:80.00           X: -80 0 80, then: y: 80 12.45 12.40 12.42
 //! Smoothieware     PROBE: X:0.0000,Y:0.0000,Z:5.2410
+//! FluidNC, grblHAL [PRB:10.000,20.000,-182.345:1]
 //! tables           Bed probe heights: … after the G30 P… of bed.g; Bilinear Leveling Grid: where the bed's radius is known
 //! a table          x_mm,y_mm,height_mm      of the nozzle on paper: x_mm,y_mm,paper_mm
 //! ```
@@ -130,7 +131,11 @@ pub(super) fn with_touches(
         let joints = joints.map_err(|_| {
             InputError::new(name, "the printer does not reach this place")
                 .at_line(own.line)
-                .with_remedy("check that configuration and answers belong to the same printer")
+                .with_remedy(if imported.below_the_arms() {
+                    "give heights in machine coordinates, as the answers [PRB:…] to G38.2 have them"
+                } else {
+                    "check that configuration and answers belong to the same printer"
+                })
         })?;
         readings.rows.push(Row {
             line: own.line,
@@ -144,6 +149,9 @@ pub(super) fn with_touches(
     let asked = imported.probe.offset.is_none();
     let asked = asked && found.iter().any(|(own, _)| own.named == Named::Probe);
     let mut imported = imported.with_touches_of(readings, paper);
+    if imported.below_the_arms() {
+        imported = imported.on_a_bed_at(mean);
+    }
     if asked {
         imported.notes.push(format!(
             "{name} names where the probe touched, and the configuration does not state where the probe is beside the \
@@ -159,7 +167,11 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
     let mut touches = Vec::new();
     let mut commanded = [None; 2];
     let mut of_g33 = Vec::new();
-    for (line, own) in (1..).zip(content.lines()) {
+    let mut lines: Vec<_> = (1..).zip(content.lines()).collect();
+    if is_newest_first(content) {
+        lines.reverse();
+    }
+    for (line, own) in lines {
         let after = |words: &str| own.find(words).map(|at| &own[at + words.len()..]);
         let number = |key: &str| after(key).and_then(first);
         let mut add = |named, x: Option<f64>, y: Option<f64>, z: Option<f64>| {
@@ -183,6 +195,10 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
             add(Named::Nozzle, number("x:"), number("y:"), first(rest));
         } else if own.contains("probe: x:") {
             add(Named::Nozzle, number("x:"), number("y:"), number("z:"));
+        } else if let Some((place, _)) = after("[prb:").and_then(|own| own.split_once(":1]")) {
+            let at = numbers(place, &[',']).unwrap_or_default();
+            let [x, y, z] = [0, 1, 2].map(|axis| at.get(axis).copied());
+            add(Named::Nozzle, x, y, z);
         } else if let Some(rest) = after("stopped at height") {
             add(Named::Nozzle, commanded[0], commanded[1], first(rest));
         } else if own.contains("iteration") {
@@ -219,6 +235,14 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
         });
     }
     Ok(touches)
+}
+
+/// Whether a console lists what was last first, as Duet Web Control does: its heights stand above the moves to their places.
+fn is_newest_first(content: &str) -> bool {
+    let is_move = |own: &str| (own.contains("g1 ") || own.contains("g0 ")) && own.contains(" x");
+    let is_height = |own: &str| own.contains("stopped at height");
+    let mut lines = content.lines().filter(|own| is_move(own) || is_height(own));
+    lines.next().is_some_and(is_height) && lines.next_back().is_some_and(is_move)
 }
 
 /// Numbers separated by these marks; `None` if anything else stands between them.
@@ -412,7 +436,7 @@ fn g33(line: &str) -> Option<Vec<(f64, f64, f64)>> {
             }
         }
     }
-    // PROBE_ACCURACY and M114 name axes as well.
-    let table = ["c:", "yz:"].iter().any(|own| line.contains(own));
+    // PROBE_ACCURACY and M114, which Marlin answers to G30 as well, name axes too.
+    let table = ["c:", "yz:"].iter().any(|own| line.contains(own)) && !line.contains("count");
     (points.len() >= 3 && table).then_some(points)
 }

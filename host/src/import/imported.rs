@@ -346,6 +346,17 @@ fn tilted(robot: &Robot<f64>, [by_x, by_y]: [f64; 2]) -> Robot<f64> {
     arms().unwrap_or_else(|_| robot.clone())
 }
 
+/// With all arms lower.
+pub(crate) fn lowered(robot: &Robot<f64>, by: f64) -> Robot<f64> {
+    let mut parameters = robot.parameters();
+    for [_, _, height, ..] in &mut parameters {
+        *height -= by;
+    }
+    robot
+        .with_parameters(parameters)
+        .unwrap_or_else(|_| robot.clone())
+}
+
 /// The bed is level at z = 0, and so is the plane that a probe measures.
 fn level_planes(names: &[String], drive: Drive) -> Vec<KnownPlane> {
     let plane = |name: &String| KnownPlane {
@@ -448,6 +459,26 @@ impl Imported {
             own = own.with_planes();
         }
         own
+    }
+
+    /// Whether z = 0 of the controller is in the plane of its arms, high above the bed.
+    pub(crate) fn below_the_arms(&self) -> bool {
+        matches!(self.firmware, Firmware::FluidNc | Firmware::GrblHal)
+    }
+
+    /// With z = 0 on a bed at this height of the controller.
+    pub(super) fn on_a_bed_at(mut self, height: f64) -> Self {
+        for robot in [
+            &mut self.robot.robot,
+            &mut self.configured,
+            &mut self.towers,
+        ] {
+            *robot = lowered(robot, height);
+        }
+        for row in &mut self.readings.rows {
+            row.value.height = row.value.height.map(|(plane, own)| (plane, own - height));
+        }
+        self
     }
 
     /// With a probe, if it is beside the nozzle: where it touches, an effector tilts whose rods differ.

@@ -21,7 +21,7 @@ const HIGHEST: f64 = 45.0;
 
 /// What FluidNC and grblHAL call the lengths and the angle of the end stops, grblHAL by number and by name; the sides of
 /// triangles are 2√3 times the radii.
-const NAMES: [(&str, &[&str]); 5] = [
+const NAMES: [(&str, &[&str]); 6] = [
     ("upper arm", &["crank_mm", "$642", "bicep length"]),
     ("forearm", &["linkage_mm", "$641", "forearm length"]),
     ("base", &["base_triangle_mm", "$643", "base radius"]),
@@ -33,6 +33,7 @@ const NAMES: [(&str, &[&str]); 5] = [
         "home",
         &["homing_mpos_radians", "mpos_mm", "$646", "home position"],
     ),
+    ("home in degrees", &["up_degrees"]),
 ];
 const LENGTHS: &str = "lengths";
 
@@ -158,9 +159,10 @@ pub(super) fn import(
         length("base")?,
         length("platform")?,
     ];
-    // FluidNC may state one angle for each motor.
+    // FluidNC may state one angle for each motor; beside the newer angle in degrees it ignores it.
     let home = settings.numbers(LENGTHS, "home", (',', "an angle"))?;
-    let home = [0, 1, 2].map(|motor| match (home.get(motor).or(home.first()), firmware) {
+    let degrees = settings.number(LENGTHS, "home in degrees")?;
+    let each = [0, 1, 2].map(|motor| match (home.get(motor).or(home.first()), firmware) {
         (Some(angle), Firmware::FluidNc) => angle.to_degrees(),
         (angle, _) => angle.copied().unwrap_or_default(),
     });
@@ -170,7 +172,7 @@ pub(super) fn import(
         heights: [0.0; 3],
         upper: [upper; 3],
         lower: [lower; 3],
-        home,
+        home: degrees.map_or(each, |own| [own; 3]),
         bed: None,
     };
     let mut imported = arms.imported(&settings)?;

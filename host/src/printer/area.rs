@@ -6,6 +6,7 @@ use crate::export::positions::reached;
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{OF_ROBOT, RobotCovariance};
 use crate::import::Imported;
+use delta_cal::robot::Drive;
 use delta_cal::{Real, Robot, Sample};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use serde::Serialize;
@@ -23,15 +24,31 @@ pub(super) const ON_THE_BED: f64 = 0.5;
 /// Less than this part of an error is clearly better.
 const BETTER: f64 = 0.95;
 
-/// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
+/// The printed area of a robot that states none, as a part of the towers' or the arms' radius.
 const USUAL_AREA: f64 = 0.7;
 
-/// Of the printed area, mm.
+/// Of the printed area, mm: as far out as rotary arms, which reach beyond their radius, touched the bed.
 pub(super) fn radius_of(imported: &Imported) -> f64 {
-    let arms = imported.robot.robot.arms().iter();
-    let least = arms.map(|arm| arm.d().xy().norm());
+    let robot = &imported.robot.robot;
+    let least = robot.arms().iter().map(|arm| arm.d().xy().norm());
     let usual = USUAL_AREA * least.fold(f64::INFINITY, f64::min);
-    imported.bed_radius.unwrap_or(usual)
+    imported.bed_radius.unwrap_or_else(|| match robot.drive() {
+        Drive::Linear => usual,
+        Drive::Rotary => {
+            let touches = touches(imported, robot);
+            let out = touches.iter().map(|[x, y]| x.hypot(*y));
+            out.fold(usual, f64::max)
+        }
+    })
+}
+
+/// Where the bed was touched, mm.
+pub(super) fn touches(imported: &Imported, robot: &Robot<f64>) -> Vec<[f64; 2]> {
+    let measured = imported.readings.rows.len() - imported.held;
+    let rows = imported.readings.rows.iter().take(measured);
+    let touched = rows.filter(|row| row.value.height.is_some());
+    let at = touched.filter_map(|row| robot.forward(&row.value.joints).ok());
+    at.map(|at| [at.x, at.y]).collect()
 }
 
 /// A grid of poses that a robot reaches over the printed area, on the bed and above it.

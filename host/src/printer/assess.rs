@@ -1,6 +1,6 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Better, Judged, ON_THE_BED, Off, Uncertain, poses, radius_of};
+use super::area::{Better, Judged, ON_THE_BED, Off, Uncertain, poses, radius_of, touches};
 use super::effector::Effector;
 use super::next::{Next, next};
 use super::notes::{Change, crash, notes};
@@ -17,7 +17,7 @@ use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, USUAL_TOUCH};
 use crate::fit::solution::RowFit;
-use crate::import::{Firmware, Imported, SHRINKAGE};
+use crate::import::{Firmware, Imported, SHRINKAGE, lowered};
 use delta_cal::Robot;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -101,15 +101,6 @@ fn lines(
         .collect()
 }
 
-/// Where the bed was touched, mm.
-fn touches(imported: &Imported, robot: &Robot<f64>) -> Vec<[f64; 2]> {
-    let measured = imported.readings.rows.len() - imported.held;
-    let rows = imported.readings.rows.iter().take(measured);
-    let touched = rows.filter(|row| row.value.height.is_some());
-    let at = touched.filter_map(|row| robot.forward(&row.value.joints).ok());
-    at.map(|at| [at.x, at.y]).collect()
-}
-
 /// Where a printer prints, the first layer most of all, with the bed as it was found and the end stops as they are: for its own
 /// lines, and for those of another controller.
 pub fn as_printed(
@@ -188,8 +179,15 @@ impl Printer {
             Off::of(calibrated, (controller, frame), radius, sigmas)
         };
         let before = look((&configured.robot, level));
-        let pasted = export.controller.as_ref().zip(export.frame);
-        let after = pasted.and_then(look);
+        let pasted = export.controller.clone().zip(export.frame);
+        let pasted = pasted.map(|(controller, mut frame)| {
+            if !imported.below_the_arms() {
+                return (controller, frame);
+            }
+            let bed = std::mem::take(&mut frame.shift.z);
+            (lowered(&controller, bed), frame)
+        });
+        let after = pasted.and_then(|(controller, frame)| look((&controller, frame)));
         let both = before.as_ref().zip(after.as_ref());
         let better_probability =
             both.map(|(before, after)| uncertain.better(before, after, &covariance));
@@ -249,6 +247,8 @@ impl Printer {
                 Kind::Position => return None,
                 Kind::Height if shaped => USUAL_TOUCH,
                 Kind::Height => USUAL_HEIGHT,
+                // Of printed lengths, whose calliper is known.
+                Kind::Distance if own.stated => own.sigma,
                 Kind::Distance => USUAL_DISTANCE,
             };
             let widening = (own.squares / own.freedom.max(1.0)).sqrt().max(1.0);

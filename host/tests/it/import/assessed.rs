@@ -84,28 +84,6 @@ fn a_doubtful_distance_is_named_and_makes_sigma_larger() {
     assert!(said.contains("distance11 fits worst"), "{said}");
 }
 
-/// Sixteen touches, the fifth off by more than the others: refused by its line.
-#[test]
-fn one_bad_touch_of_sixteen_is_named() {
-    let folder = folder(&printer("20").configuration());
-    for (off, code) in [(0.0, 0), (0.4, 1), (1.5, 1)] {
-        let touch = |index: u8| {
-            let turn = f64::from(index);
-            let ((sine, cosine), out) = ((2.4 * turn).sin_cos(), 30.0 * turn.sqrt());
-            let z = 2.0 + 0.01 * (1.7 * turn).sin() + if index == 4 { off } else { 0.0 };
-            let [x, y] = [out * cosine, out * sine];
-            format!("// probe at {x:.3},{y:.3} is z={z:.6}\n")
-        };
-        folder.write("console.txt", (0..16).map(touch).collect::<String>());
-        let run = folder.run("calibrate printer.cfg console.txt");
-        assert_eq!(run.code, code, "{off}: {}{}", run.stdout, run.stderr);
-        let named = run
-            .stderr
-            .contains("One touch decides: line 5 of console.txt");
-        assert_eq!(named, code == 1, "{off}: {}", run.stderr);
-    }
-}
-
 /// Readings that no printer within the tolerance explains: refused, the worst one by the name that the configuration has
 /// for it, and nothing written.
 #[test]

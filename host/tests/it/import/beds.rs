@@ -3,11 +3,10 @@
 use crate::export::controllers::towers;
 use crate::export::klipper::Delta;
 use crate::import::campaign::{
-    HEIGHT, Made, OF_PRINTER, RADIUS, STEPS, Set, drawn, fitted, normal, prints, reported, set,
-    set_up, spread,
+    HEIGHT, Made, OF_PRINTER, RADIUS, STEPS, Set, drawn, normal, prints, set, set_up, spread,
 };
-use crate::import::fixtures::{Printer, Row, folder, printer};
-use crate::support::{Folder, Point};
+use crate::import::fixtures::{Printer, Row, folder};
+use crate::support::Point;
 use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::report::printer::PrinterReport;
 use delta_cal_host::{InputText, calibrate, printer as printers};
@@ -274,42 +273,5 @@ fn stated_rods_that_distances_contradict_are_refused() {
                 .contains("--rods states rods of 334 mm; the distances say 3");
             assert_eq!(named, code == 1, "{}", run.stderr);
         }
-    }
-}
-
-/// Without a height the bed stays as configured, whatever a print says: no end stop moves, and nothing is said of the bed.
-#[test]
-fn without_heights_the_bed_stays_as_configured() {
-    let folder = Folder::new();
-    folder.write(
-        "config.g",
-        "M665 L198 R99 H300 B69 X0 Y0 Z0\nM666 X0 Y0 Z0\n",
-    );
-    let run = folder
-        .run("calibrate config.g --printed 120=118 --json r.json")
-        .ok();
-    for words in ["Bed error", "flatter"] {
-        assert!(!run.stdout.contains(words), "{}", run.stdout);
-    }
-    let report = folder.json("r.json");
-    assert!(report["printer"]["after"]["height_rms_mm"].is_null());
-    let lines = report["printer"]["lines"].as_str().unwrap();
-    let pasted = read("reprapfirmware", lines);
-    for stop in pasted.endstops {
-        assert!((stop - 300.0).abs() < 1e-9, "{lines}");
-    }
-    assert!((pasted.radius - 99.0).abs() > 0.1, "{lines}");
-}
-
-/// The heights of a real printer's first calibration are right with and without what was fitted before.
-#[test]
-fn a_real_printer_has_no_bad_touch() {
-    for number in ["01", "05", "20"] {
-        let own = printer(number);
-        let refitted = Printer {
-            klipper: fitted(&own.klipper, &own.rows),
-            ..own
-        };
-        let _ = reported(&refitted.klipper, &refitted.rows, &Stated::default());
     }
 }

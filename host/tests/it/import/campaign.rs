@@ -57,8 +57,14 @@ pub(super) struct Set {
 
 /// A: heights alone, B: rough beds, R: rods 1 mm too long, S: prints that shrink; 1 and 2: without, 3 and 4: with
 /// printed distances. Seven heights and six parameters leave one degree of freedom: both fits follow the same noise, and
-/// the mean ratio of 20 printers scatters by 0.04. B1 is four times as noisy as usual, which that one shows at best in part. The
-/// heights of R1 are those of A1, and the distances of S3 those of R3, so that σ has to cover both.
+/// the mean ratio of 20 printers scatters by 0.04. The heights of R1 are those of A1, and the distances of S3 those of R3, so that
+/// σ has to cover both. The mean of the exact posterior with the same prior, over all σ of the heights, reaches (ratio to
+/// the fit with distances, worse of 20, within 1.5 of 20; 50 printers, own kinematics and linear algebra in Python):
+///
+/// ```text
+/// A1 0.97 6 11, 0.98 6 9   A2 0.95 0 14, 0.98 1 10   B1 0.96 4 13       R1 0.94 3 9, 0.99 6 8
+/// A3 0.93 4 12, 0.89 3 14  A4 0.95 6 15              B3 0.81 3 14       R3 0.96 6 12, 0.92 5 11   S3 0.83 3 14
+/// ```
 const SETS: &str = "
     # name number bed touch calliper rods shrink options height worse told within sigma
     A1, 900, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     -,              0.96, 3, 0.8,   1.25, 12, 0.8,  1.2
@@ -563,35 +569,6 @@ fn pasted_lines_print_better_than_klippers_own() {
     let sigma = mean(&sigmas);
     told((0.8..1.2).contains(&sigma), format!("all: σ {sigma:.2}"));
     assert!(missed.is_empty(), "{}", missed.join("\n"));
-}
-
-/// The same readings and rods, stated without a σ and wrong either way, run again with the lines pasted: after two rounds
-/// there is nothing to change, and the bed is as flat as after the first.
-#[test]
-fn running_and_pasting_again_converges() {
-    for (index, rods) in [(0, 328.0), (1, 332.0), (2, 332.0)] {
-        let mut rng = generator(950, index);
-        let set = &sets()[0];
-        let made = Made::new(set, &mut rng);
-        let mut controller = drawn();
-        let saved = measured(&made, set, &controller, &mut rng);
-        let stated = Stated {
-            rods: Some([rods; 3]),
-            ..Stated::default()
-        };
-        let mut flat = Vec::new();
-        for _ in 0..4 {
-            let (found, _) = reported(&controller, &saved, &stated);
-            let Some(lines) = found.printer.lines else {
-                break;
-            };
-            controller = Delta::pasted(&lines, STEPS);
-            flat.push(prints(&made, &controller)[HEIGHT]);
-        }
-        eprintln!("{rods}: {flat:?}");
-        assert!((1..=2).contains(&flat.len()), "{rods}: {flat:?}");
-        assert!(flat[flat.len() - 1] < 1.05 * flat[0], "{rods}: {flat:?}");
-    }
 }
 
 /// One height of each of the ten real printers, left out in turn and predicted from the others: against least squares of

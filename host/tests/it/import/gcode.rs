@@ -2,7 +2,7 @@
 
 use crate::export::klipper::Delta;
 use crate::import::run_next;
-use crate::support::{Folder, Point, assert_refused, cases, distance, number};
+use crate::support::{Folder, Point, assert_refused, cases, distance};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
 
@@ -170,62 +170,6 @@ fn tables_of_heights_have_the_places_of_the_firmware() {
                 run.stderr
             ),
         }
-    }
-}
-
-/// What a console says of a place and a height.
-type Answer = fn([f64; 2], f64) -> String;
-
-/// Where each console says that the probe triggered, in all of their words.
-#[test]
-fn answers_of_a_console_are_heights() {
-    let own = printer();
-    let places = [
-        [0.0, 0.0],
-        [90.0, 0.0],
-        [-45.0, 78.0],
-        [-45.0, -78.0],
-        [45.0, 78.0],
-    ];
-    // The bed as another printer makes it: an end stop that is 0.4 mm lower.
-    let mut made = printer();
-    made.endstops[0] -= 0.4;
-    let high = made.absolute_endstops();
-    let z = |[x, y]: [f64; 2]| {
-        let mut z = 0.0;
-        for _ in 0..20 {
-            let steps = own.steps([x, y, z]);
-            z -= made.position(steps)[2];
-        }
-        z + 0.5
-    };
-    assert!(high[0] < own.absolute_endstops()[0]);
-    let consoles: [(&str, &str, Answer); 4] = [
-        ("config.g", REPRAPFIRMWARE, |[x, y], z| {
-            format!("G1 X{x} Y{y} F6000\nG30 S-1\nStopped at height {z:.4} mm\n")
-        }),
-        ("m503.txt", MARLIN, |[x, y], z| {
-            format!("Recv: Bed X: {x} Y: {y} Z: {z:.4}\n")
-        }),
-        ("m503.txt", MARLIN, |[x, y], z| {
-            format!("// probe at {x:.3},{y:.3} is z={z:.6}\n")
-        }),
-        ("m503.txt", MARLIN, |[x, y], z| {
-            format!("// probe: at {x:.3},{y:.3} bed will contact at z={z:.6}\n")
-        }),
-    ];
-    for (name, text, answer) in consoles {
-        let folder = Folder::new();
-        folder.write(name, text);
-        let answers = places.map(|place| answer(place, z(place)));
-        folder.write("console.txt", answers.concat());
-        let run = folder.run(&format!("calibrate {name} console.txt --json -"));
-        let report = run.ok().json();
-        assert_eq!(report["printer"]["heights"], 5, "{name}");
-        // Five touches leave 0.1 mm open, so what is known of the bed is compared.
-        let now = number(&report, "printer/before/height_worst_mm");
-        let then = number(&report, "printer/after/height_worst_mm");
-        assert!(now > 0.1 && then < 0.5 * now, "{now} {then}");
     }
 }
 

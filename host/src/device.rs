@@ -6,6 +6,7 @@
 
 mod client;
 mod link;
+#[cfg(feature = "cli")]
 pub(crate) mod report;
 mod session;
 

@@ -77,7 +77,7 @@ const LIBRARY: Stage = Stage {
     name: "library",
     about: "the host without its command",
     commands: &[
-        "cargo check --quiet --package delta-cal-host --no-default-features --features device",
+        "cargo clippy --quiet --package delta-cal-host --no-default-features --features device -- --deny warnings",
     ],
 };
 

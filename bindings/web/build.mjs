@@ -94,10 +94,13 @@ function typed({ type, properties, items, anyOf, enum: values }) {
   return [type].flat().map((kind) => kinds[kind]?.() ?? kind).join(" | ");
 }
 
-/** Two scripts in place of all modules, without what only people read. Names stay, so that an error says where it is. */
+/** Two scripts in place of all modules, without what only people read. */
 async function bundled() {
   const entries = ["app.js", "worker.js"].map((name) => join(DIST, name));
-  await bundler.build({ entryPoints: [...entries, join(DIST, "style.css")], bundle: true, format: "esm", minifyWhitespace: true, minifySyntax: true, outdir: DIST, allowOverwrite: true });
+  for (const entry of [...entries, join(DIST, "style.css")]) {
+    // The worker's names stay, so that an error in it says where it is.
+    await bundler.build({ entryPoints: [entry], bundle: true, format: "esm", minifyWhitespace: true, minifySyntax: true, minifyIdentifiers: entry === entries[0], outdir: DIST, allowOverwrite: true });
+  }
   const kept = ["app.js", "worker.js", "sw.js"];
   for (const name of readdirSync(DIST).filter((name) => name.endsWith(".js") && !kept.includes(name))) rmSync(join(DIST, name));
 }

@@ -16,6 +16,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 const EXPLAINED: f64 = 1.3;
 /// An explanation of most leaves less than one in so many.
 const MOSTLY: f64 = 3.0;
+/// What leaves more than this many times the noise explains nothing.
+const FAR_OFF: f64 = 100.0;
 /// A step that chance shows so often is none: a robot far beyond its tolerance leaves residuals of any shape.
 const BY_CHANCE: f64 = 1e-3;
 
@@ -235,7 +237,7 @@ impl Found {
         // The faults of real robots do not have exactly the shapes of the columns.
         let explains = if after < EXPLAINED {
             "explains the readings".to_owned()
-        } else if before > MOSTLY * after {
+        } else if before > MOSTLY * after && after < FAR_OFF {
             format!("explains most of the residuals ({before:.1} → {after:.1} × the stated noise)")
         } else {
             return None;

@@ -332,7 +332,12 @@ impl<'a> Table<'a> {
     /// Requires a column for at least one measurable quantity, and a unit for lengths.
     pub(super) fn require_readings(&self) -> Result<(), InputError> {
         if !self.has_any(&Quantity::READINGS) {
-            self.require(&Quantity::COORDINATES)?;
+            let readings = self.require(&Quantity::COORDINATES);
+            readings.map_err(|fault| {
+                fault.with_remedy(format!(
+                    "if another table has the readings, give it as well, after this one; {KNOWN}"
+                ))
+            })?;
         }
         self.require_units()
     }

@@ -2,6 +2,7 @@
 //! robot held fixed.
 
 use super::interval::{Deviation, Read, RowNoise};
+use crate::accuracy::information::prior_covariance;
 use crate::accuracy::repeats::Attained;
 use crate::accuracy::rigid_motion::{RigidMotions, degenerate};
 use crate::accuracy::uncertainty::{Sensitivities, first_inside};
@@ -14,7 +15,7 @@ use crate::fit::{Frame, Options, Unsolved, solve_with};
 use crate::geometry::{Region, range};
 use delta_cal::Tolerance;
 use delta_cal::frame::RigidTransform;
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
 /// Tolerance that holds the robot fixed while the instruments are fitted: as a fraction of the forearm, and in radians.
 const HELD: f64 = 1e-8;
@@ -121,13 +122,7 @@ fn variation(robot: &RobotFile, rows: &[Deviation], relative: bool) -> f64 {
     let (Some(left), Some(tolerance)) = (left, robot.tolerance.or_else(usual)) else {
         return 0.0;
     };
-    let sigmas = robot
-        .robot
-        .arms()
-        .each_ref()
-        .map(|arm| tolerance.of_places(arm));
-    let squares = sigmas.as_flattened().iter().map(|own| own * own);
-    let covariance = SMatrix::from_diagonal(&SVector::from_iterator(squares));
+    let covariance = prior_covariance(&robot.robot, &tolerance);
     if left.0.len() < FEWEST {
         0.0
     } else {

@@ -423,10 +423,11 @@ impl Course {
         }
     }
 
-    /// The same for a position measured anywhere, with joints last moved in these directions.
+    /// The same for a position measured anywhere with the first row, with joints last moved in these directions.
     pub(crate) fn anywhere(&self, at: &At, directions: [f64; 3]) -> Self {
         let place = Place {
             directions,
+            part: -0.5,
             radius_squared: share(at.position.xy().norm_squared(), self.largest),
             scaled: 1.0,
             ..Place::default()

@@ -6,7 +6,7 @@ pub mod known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
-use crate::accuracy::uncertainty::{ExpectedError, Sensitivities, WorkspacePoses};
+use crate::accuracy::uncertainty::{ExpectedError, Sensitivities, WorkspacePoses, jacobian};
 use crate::effects::Places;
 use crate::explain::{Causes, Found};
 use crate::files::robot_file::RobotFile;
@@ -17,7 +17,7 @@ use credibility::{NoiseTest, NoiseVerdict, PriorTest, SMALL, ToleranceTest};
 use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use known::Known;
-use nalgebra::Vector3;
+use nalgebra::{DVector, SMatrix, SVector, Vector3};
 
 /// A noise below this fraction of the stated one indicates another unit.
 const FAR_OFF: f64 = 0.05;
@@ -180,6 +180,7 @@ fn judged(case: &Case<'_>, solution: Solution, found: Option<&Found>) -> Result<
         .fold(1.0, f64::max);
     let widening = by_noise.hypot(by_causes(robot, &solution, &causes, &poses));
     let solution = solution.widened(widening);
+    let solution = displaced(robot, solution, &causes);
     let errors = errors(case, &solution);
     let tolerance = robot.tolerance.as_ref();
     let prior_test = tolerance.and_then(|own| PriorTest::of(&robot.robot, own, &solution));
@@ -217,8 +218,7 @@ fn judged(case: &Case<'_>, solution: Solution, found: Option<&Found>) -> Result<
     })
 }
 
-/// The error due to the causes, in the readings' part of σ of the positions. Where the readings leave the place of the
-/// base open, its σ hides what the causes do to relative positions.
+/// The error of relative positions due to the causes, in the readings' part of σ of these.
 fn by_causes(
     robot: &RobotFile,
     solution: &Solution,
@@ -228,13 +228,13 @@ fn by_causes(
     if causes.found.is_empty() {
         return 0.0;
     }
-    let covariance = solution.of_robot_by_readings();
-    let inside = Sensitivities::of(&solution.robot, &robot.tool(), poses.inside.iter().copied());
-    let sigma =
-        |own: &Sensitivities<OF_ROBOT>| own.mean_square().component_mul(&covariance).sum().sqrt();
-    let relative = inside.relative();
-    let relative = relative.map_or(0.0, |own| causes.relative_error / sigma(&own));
-    f64::max(causes.position_error / sigma(&inside), relative)
+    let inside = poses.inside.iter().copied();
+    let inside = Sensitivities::<OF_ROBOT>::of(&solution.robot, &robot.tool(), inside);
+    inside.relative().map_or(0.0, |own| {
+        let covariance = solution.of_robot_by_readings();
+        let sigma = own.mean_square().component_mul(&covariance).sum().sqrt();
+        causes.relative_error / sigma
+    })
 }
 
 /// The solution, if the readings agree with the stated noise and tolerance.
@@ -247,6 +247,38 @@ pub(crate) fn agreeing(case: &Case<'_>) -> Option<Solution> {
         Err(Objection::Worse(..)) => Some(solution),
         judged => judged.ok().map(|own| own.solution),
     }
+}
+
+/// Part of a parameter's weight that keeps those apart which move positions alike.
+const RIDGE: f64 = 1e-9;
+
+/// With the error that the causes make of the robot's place: of the parameters e that make it, Σ|J e − error|² → min.
+fn displaced(robot: &RobotFile, mut solution: Solution, causes: &Causes) -> Solution {
+    let tool = robot.tool();
+    let mut normal = SMatrix::<f64, OF_ROBOT, OF_ROBOT>::zeros();
+    let mut right = SVector::<f64, OF_ROBOT>::zeros();
+    for (pose, error) in &causes.of_base {
+        if let Some(own) = jacobian(&solution.robot, &tool, &pose.position, &pose.joints) {
+            normal.gemm_tr(1.0, &own, &own, 1.0);
+            right.gemv_tr(1.0, &own, error, 1.0);
+        }
+    }
+    for place in 0..OF_ROBOT {
+        normal[(place, place)] += RIDGE * normal[(place, place)] + f64::MIN_POSITIVE;
+    }
+    let Some(normal) = normal.cholesky() else {
+        return solution;
+    };
+    let moved = normal.solve(&right);
+    let mut error = DVector::zeros(solution.covariance.nrows());
+    for (place, moved) in solution.robot_places().into_iter().zip(&moved) {
+        if let Some(place) = place {
+            error[place] = *moved;
+        }
+    }
+    solution.covariance.ger(1.0, &error, &error, 1.0);
+    solution.of_readings.ger(1.0, &error, &error, 1.0);
+    solution
 }
 
 /// Whether the residuals contradict a stated noise.

@@ -2,7 +2,7 @@
 //! evenly or at one row.
 
 use super::{Course, Effect, EffectKind};
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector3, Vector6};
 
 /// Target: three coordinates on the platform. Scale: relative. Datum, and from a row on a move: a translation and a rotation
 /// vector about the centre of the positions. Drift: three coordinates, from the first row to the last.
@@ -20,9 +20,12 @@ pub(super) fn columns(
         EffectKind::Datum => motion(&lever).into(),
         EffectKind::Drift => axes(place.part).into(),
         EffectKind::Move => {
-            let axes = axes(if row >= effect.index { 1.0 } else { 0.0 });
-            let turns = axes.map(|axis| axis.cross(&lever));
-            axes.into_iter().chain(turns).collect()
+            let part = if row >= effect.index { 1.0 } else { 0.0 };
+            // A plane that is touched is seen to move up and to tilt.
+            let along = if place.touched { 0.0 } else { part };
+            let parts = Vector6::new(along, along, part, part, part, along);
+            let moved = motion(&lever).into_iter().zip(&parts);
+            moved.map(|(own, part)| own * *part).collect()
         }
         _ => vec![(position - place.origin) * place.scaled],
     }

@@ -263,16 +263,23 @@ impl Effect {
                 significant(convention.degrees(by[0]), 2),
                 joint::mark(drive)
             ),
-            EffectKind::Move if !readings.holds(Kind::Position) => {
+            EffectKind::Move if readings.holds(Kind::Height) && !readings.holds(Kind::Position) => {
                 format!("from line {line} on, all heights are off by {size} mm")
             }
-            EffectKind::Move => format!(
-                "from line {line} on, the positions are moved by ({:.2}, {:.2}, {:.2}) mm and turned by {}°",
-                moved.x,
-                moved.y,
-                moved.z,
-                significant(vector(&by[3..]).norm().to_degrees(), 2)
-            ),
+            EffectKind::Move => {
+                let (what, moved) = if readings.holds(Kind::Position) {
+                    ("positions", moved)
+                } else {
+                    ("points from which distances are measured", -moved)
+                };
+                format!(
+                    "from line {line} on, the {what} are moved by ({:.2}, {:.2}, {:.2}) mm and turned by {}°",
+                    moved.x,
+                    moved.y,
+                    moved.z,
+                    significant(vector(&by[3..]).norm().to_degrees(), 2)
+                )
+            }
             EffectKind::Datum => {
                 format!("the datum points put the sensor {size} mm beside its place")
             }

@@ -4,7 +4,7 @@ use super::search::{Fitted, Found};
 use crate::accuracy::uncertainty::Sensitivities;
 use crate::effects::{At, Course, Effect, EffectKind, Estimated, Platform};
 use crate::fit::solution::COMPUTED;
-use crate::fit::{Case, Solution};
+use crate::fit::{Case, Frame, Solution};
 use crate::text::{capitalised, in_lines, list};
 use delta_cal::frame::RigidTransform;
 use delta_cal::{ArmIndex, Robot, Sample};
@@ -41,6 +41,9 @@ pub struct Causes {
     /// The same of relative positions.
     #[serde(skip)]
     pub relative_error: f64,
+    /// The part of these errors that a rigid motion of the robot's base makes, at poses, mm.
+    #[serde(skip)]
+    pub of_base: Vec<(Sample<f64>, Vector3<f64>)>,
 }
 
 /// An error outside the model.
@@ -96,9 +99,52 @@ impl Causes {
             causes.hidden_drift = None;
         }
         if !causes.found.is_empty() {
-            [causes.position_error, causes.relative_error] = discrepancy(best, solution, poses);
+            causes.discrepancy(best, solution, poses);
         }
         causes
+    }
+
+    /// How far positions of the calibrated robot are from those of the robot with its causes, in both directions of a backlash;
+    /// in the robot's own frame, from where they were at the first row. A scale belongs to the instrument.
+    fn discrepancy(&mut self, best: &Fitted, solution: &Solution, poses: &[Sample<f64>]) {
+        let robot = &best.solution.robot;
+        let course = Course::of(
+            robot,
+            Platform::default(),
+            &best.solution.places,
+            &best.solution.readings,
+        );
+        let drifts = solution.frame == Frame::Base;
+        let own = best.hypothesis.effects.iter().filter(|own| {
+            own.kind.is_of_joint()
+                || own.kind == EffectKind::Sag
+                || own.kind == EffectKind::Drift && drifts
+        });
+        let own: Vec<_> = own
+            .filter_map(|own| Some((own.at(0), &best.estimate(own)?.by)))
+            .collect();
+        let error = |pose: &Sample<f64>, directions: [f64; 3]| {
+            let at = At::new(robot, &pose.joints)?;
+            let here = course.anywhere(&at, directions);
+            let moved = own
+                .iter()
+                .map(|(effect, by)| effect.displacement(&at, &here, 0, by));
+            let there = at.position + moved.sum::<SVector<f64, 3>>();
+            let calibrated = solution.robot.forward(&pose.joints).ok()?;
+            Some((*pose, there - calibrated))
+        };
+        let ways =
+            [1.0, -1.0].map(|way| poses.iter().filter_map(move |pose| error(pose, [way; 3])));
+        let errors = Sensitivities(ways.into_iter().flatten().collect());
+        let rms = |errors: &Sensitivities<1>| errors.mean_square().trace().sqrt();
+        self.position_error = rms(&errors);
+        if let Some(relative) = errors.relative() {
+            self.relative_error = rms(&relative);
+            let pairs = errors.0.iter().zip(&relative.0);
+            self.of_base = pairs
+                .map(|((pose, error), (_, left))| (*pose, error - left))
+                .collect();
+        }
     }
 }
 
@@ -177,40 +223,6 @@ fn others<'a>(found: &'a Found, effect: &'a Effect) -> impl Iterator<Item = &'a 
         .filter(|own| !own.hypothesis.effects.contains(effect));
     let all = without.flat_map(|own| &own.hypothesis.effects);
     all.filter(move |own| !(best.contains(own) || own.kind == effect.kind && own.arm == effect.arm))
-}
-
-/// How far positions of the calibrated robot are from those of the robot with its causes, rms, mm, absolute and relative,
-/// in both directions of a backlash. Drift, scale and what moved belong to the instrument.
-fn discrepancy(best: &Fitted, solution: &Solution, poses: &[Sample<f64>]) -> [f64; 2] {
-    let robot = &best.solution.robot;
-    let course = Course::of(
-        robot,
-        Platform::default(),
-        &best.solution.places,
-        &best.solution.readings,
-    );
-    let own = best
-        .hypothesis
-        .effects
-        .iter()
-        .filter(|own| own.kind.is_of_joint() || own.kind == EffectKind::Sag);
-    let own: Vec<_> = own
-        .filter_map(|own| Some((own.at(0), &best.estimate(own)?.by)))
-        .collect();
-    let error = |pose: &Sample<f64>, directions: [f64; 3]| {
-        let at = At::new(robot, &pose.joints)?;
-        let here = course.anywhere(&at, directions);
-        let moved = own
-            .iter()
-            .map(|(effect, by)| effect.displacement(&at, &here, 0, by));
-        let there = at.position + moved.sum::<SVector<f64, 3>>();
-        let calibrated = solution.robot.forward(&pose.joints).ok()?;
-        Some((*pose, there - calibrated))
-    };
-    let ways = [1.0, -1.0].map(|way| poses.iter().filter_map(move |pose| error(pose, [way; 3])));
-    let errors = Sensitivities(ways.into_iter().flatten().collect());
-    let rms = |errors: &Sensitivities<1>| errors.mean_square().trace().sqrt();
-    [rms(&errors), errors.relative().as_ref().map_or(0.0, rms)]
 }
 
 /// What explains readings that contradict noise or tolerance, in sentences with remedies.

@@ -6,7 +6,7 @@
 //! ```
 
 use crate::effects::{At, Course, Effect, EffectKind, Platform};
-use crate::files::samples_file::{Kind, READINGS};
+use crate::files::samples_file::READINGS;
 use crate::fit::Solution;
 use crate::halt;
 use crate::order;
@@ -89,7 +89,6 @@ struct Counted {
     weight: f64,
     /// With all unknowns refitted.
     residuals: DVector<f64>,
-    is_distance: bool,
 }
 
 /// The residuals of a solution.
@@ -142,7 +141,6 @@ impl Scan {
                 by_positions: own.by_positions,
                 weight,
                 residuals,
-                is_distance: reading.kind() == Some(Kind::Distance),
             });
         }
         for place in 0..unknowns {
@@ -227,10 +225,8 @@ impl Scan {
         let mut sums = self.sums(effect.unknowns());
         let mut found = Vec::new();
         for counted in self.rows.iter().rev() {
-            if !(counted.is_distance && effect.kind == EffectKind::Move) {
-                let columns = self.columns(counted, &[everywhere]);
-                Self::add(&mut sums, counted, &columns);
-            }
+            let columns = self.columns(counted, &[everywhere]);
+            Self::add(&mut sums, counted, &columns);
             if rows.contains(&counted.row) {
                 found.extend(self.gain(&sums, &[effect.at(counted.row)]));
             }

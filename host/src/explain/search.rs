@@ -319,11 +319,12 @@ impl Search<'_> {
     fn penalties(&self, hypothesis: &Hypothesis) -> f64 {
         let mut sum = 0.0;
         let mut backlash = 0;
+        let kinds = [Kind::Position, Kind::Distance];
         for own in &hypothesis.effects {
             match own.kind {
                 EffectKind::Backlash => backlash += 1,
                 // A plate moves up and tilts.
-                EffectKind::Move if !self.case.readings.holds(Kind::Position) => {
+                EffectKind::Move if kinds.iter().all(|kind| !self.case.readings.holds(*kind)) => {
                     sum += self.penalty(3, self.alike(Some(EffectKind::Move)));
                 }
                 kind => sum += self.penalty(kind.unknowns(), self.alike(Some(kind))),

@@ -1,9 +1,9 @@
 //! Faults of any size are named: kind, arm, line and size; clean files have none.
 
-use crate::support::simulated::{Instrument, SIGMAS, file_of, measured};
+use crate::support::simulated::{Instrument, SIGMAS, anchor, file_of, measured};
 use delta_cal::Robot;
 use delta_cal_host::validation::{Request, Verdict, validate};
-use delta_cal_host::{Frame, Options, Readings, RobotFile, calibrate};
+use delta_cal_host::{Frame, Options, ReadingFrom, Readings, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::size;
 use nalgebra::{Rotation3, Vector3};
@@ -407,23 +407,53 @@ fn a_scale_of_distances_alone_is_named() {
     }
 }
 
+/// A plate moves up, or the anchors of the wires aside, and the robot's poses with them.
 #[test]
-fn a_plate_that_moved_is_named_with_its_line() {
+fn what_the_instrument_stands_on_is_named_with_line_and_size_when_it_moved() {
     let robot = nominal(0);
-    let mut named = 0;
     for (seed, by) in [0.2, -0.2, 0.5, -0.5, 2.0, -2.0].into_iter().enumerate() {
-        let (_, mut readings) = measured(&robot, Instrument::Plate, 40, seed as u64);
-        for row in readings.rows.iter_mut().skip(15 + seed) {
-            row.value.height = row.value.height.map(|(plane, own)| (plane, own + by));
+        for (instrument, by) in [(Instrument::Plate, by), (Instrument::Wires, 3.0 * by)] {
+            let (truth, mut readings) = measured(&robot, instrument, 45, seed as u64);
+            for row in readings.rows.iter_mut().skip(15 + seed) {
+                let own = &mut row.value;
+                own.height = own.height.map(|(plane, height)| (plane, height + by));
+                if let Some((ReadingFrom::Point(point), distance)) = &mut own.distance {
+                    let x = truth.forward(&own.joints).unwrap();
+                    let anchor = anchor(&truth, *point);
+                    let aside = Vector3::new(by, 0.0, 0.0);
+                    *distance += (x - anchor - aside).norm() - (x - anchor).norm();
+                }
+            }
+            let said = match calibrate(&robot, &readings, &Options::default()) {
+                Ok(report) => report.warnings.join(" "),
+                Err(error) => error.remedy().unwrap_or_default(),
+            };
+            let (before, after) = match instrument {
+                Instrument::Plate => ("all heights are off by ", ' '),
+                _ => (
+                    "the points from which distances are measured are moved by (",
+                    ',',
+                ),
+            };
+            let told = |before: &str, after: char| {
+                let rest = said
+                    .split_once(before)
+                    .and_then(|(_, own)| own.split_once(after));
+                let number = rest.and_then(|(own, _)| own.parse::<f64>().ok());
+                number.unwrap_or_else(|| panic!("{by} {instrument:?}: {said}"))
+            };
+            // A wire does not show which of the rows around it was the first.
+            let line = told("rom line ", ' ') - number(17 + seed);
+            assert!(line.abs() <= 2.0, "{by} {instrument:?}: {said}");
+            let size = told(before, after);
+            let off = if after == ',' {
+                size - by
+            } else {
+                size - by.abs()
+            };
+            assert!(off.abs() < 0.1, "{by} {instrument:?}: {said}");
         }
-        let said = match calibrate(&robot, &readings, &Options::default()) {
-            Ok(report) => report.warnings.join(" "),
-            Err(error) => error.remedy().unwrap_or_default(),
-        };
-        let line = format!("rom line {} on, all heights", 17 + seed);
-        named += usize::from(said.contains(&line));
     }
-    assert!(named >= 5, "{named} of 6");
 }
 
 /// The file's forearms are 1.2 % too long: the robot can have such forearms, so they are named and no scale error is.

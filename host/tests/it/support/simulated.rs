@@ -154,9 +154,7 @@ pub(crate) fn readings(
                 }
             }
             Instrument::Wires => {
-                let away = 1.5 * truth.arm(ArmIndex::First).lb();
-                let azimuth = [0.3_f64, 2.5, 4.4][index % 3];
-                let point = Vector3::new(azimuth.cos(), azimuth.sin(), -0.5) * away;
+                let point = anchor(truth, index % 3);
                 let read = (x - point).norm() + normal(distance);
                 own.distance = Some((ReadingFrom::Point(index % 3), read));
             }
@@ -168,6 +166,13 @@ pub(crate) fn readings(
         });
     }
     readings
+}
+
+/// Where a wire begins.
+pub(crate) fn anchor(truth: &Robot<f64>, point: usize) -> Vector3<f64> {
+    let away = 1.5 * truth.arm(ArmIndex::First).lb();
+    let azimuth = [0.3_f64, 2.5, 4.4][point];
+    Vector3::new(azimuth.cos(), azimuth.sin(), -0.5) * away
 }
 
 /// Into a frame that is turned about any axis by so many radians, and so far away, mm; one σ each.

@@ -88,8 +88,8 @@ impl EffectKind {
             ],
             Self::Oversize => [
                 "oversize",
-                "an oversize of prints",
-                "correct the extrusion or the slicer's horizontal expansion",
+                "an error common to all distances",
+                "set the calliper to zero, or correct the extrusion or the slicer's horizontal expansion",
             ],
             Self::Tilt => [
                 "tilt",
@@ -291,7 +291,10 @@ impl Effect {
             }
             EffectKind::Oversize => {
                 let than = if signed > 0.0 { "longer" } else { "shorter" };
-                format!("all printed lengths are {than} by the same, {size} ± {of_sigma} mm")
+                format!(
+                    "all distances between two poses are {than} by the same, {size} ± {of_sigma} mm: a calliper's zero, or prints \
+                     that are too thick"
+                )
             }
             EffectKind::Zeros => {
                 let each: Vec<_> = (1..)

@@ -572,7 +572,9 @@ impl Search<'_> {
         let drive = self.case.robot.robot.drive();
         let mut kinds: Vec<Vec<Gain>> = Vec::new();
         let throughout = |effects: &[Effect]| scan.throughout(effects);
-        for kind in EffectKind::all(drive) {
+        let common = self.case.robot.instruments.oversize.is_none();
+        let common = common.then_some(EffectKind::Oversize);
+        for kind in EffectKind::all(drive).chain(common) {
             let gains = match kind {
                 EffectKind::Backlash => sets()
                     .filter_map(|set| {

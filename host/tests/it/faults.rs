@@ -393,17 +393,23 @@ fn a_step_during_a_validation_is_named_and_the_rows_before_it_are_shown() {
 }
 
 #[test]
-fn a_scale_of_distances_alone_is_named() {
+fn a_calliper_with_a_wrong_scale_or_zero_is_named() {
     let robot = nominal(0);
-    for seed in 0..4 {
-        let (_, mut readings) = measured(&robot, Instrument::PlateAndCalliper, 45, seed);
-        for row in &mut readings.rows {
-            row.value.distance = row.value.distance.map(|(from, own)| (from, 0.98 * own));
-            row.value.height.take_if(|_| row.value.distance.is_some());
+    for (scale, zero, named) in [
+        (0.98, 0.0, "lengths are 2.0"),
+        (1.0, 0.5, "between two poses are longer by the same, 0."),
+    ] {
+        for seed in 0..4 {
+            let (_, mut readings) = measured(&robot, Instrument::PlateAndCalliper, 45, seed);
+            for row in &mut readings.rows {
+                let own = &mut row.value;
+                own.distance = own.distance.map(|(from, read)| (from, scale * read + zero));
+                own.height.take_if(|_| own.distance.is_some());
+            }
+            let error = calibrate(&robot, &readings, &Options::default()).unwrap_err();
+            let remedy = error.remedy().unwrap_or_default();
+            assert!(remedy.contains(named), "{remedy}");
         }
-        let error = calibrate(&robot, &readings, &Options::default()).unwrap_err();
-        let remedy = error.remedy().unwrap_or_default();
-        assert!(remedy.contains("lengths are 2.0"), "{remedy}");
     }
 }
 

@@ -639,7 +639,8 @@ impl Imported {
     /// Whether the owner measured the rods: their length is stated with its σ.
     pub fn rods_measured(&self) -> bool {
         let tolerance = self.robot.tolerance;
-        tolerance.is_some_and(|own| own.forearm() < COMMON_ROD)
+        let stated = tolerance.is_some_and(|own| own.forearm() < COMMON_ROD);
+        stated && self.robot.robot.drive() == Drive::Linear
     }
 
     /// The kinematics, as Klipper names it.

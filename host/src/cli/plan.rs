@@ -189,7 +189,7 @@ fn printer(
     matches: &ArgMatches,
     text: &InputText,
 ) -> Result<(), Failure> {
-    let others = "limit samples columns rows measure frame within absolute order json validation names repeats";
+    let others = "limit samples columns rows measure frame within absolute order json validation seed names repeats";
     let others: Vec<_> = others.split(' ').collect();
     if let Some(option) = given(matches, &others) {
         return Err(Failure::usage(

@@ -75,16 +75,9 @@ pub(super) fn apart(text: &str) -> Option<f64> {
 pub(super) fn kept(text: &str) -> Option<[[f64; 4]; 2]> {
     let line = text.lines().rev().find_map(|own| own.split_once(KEPT))?.1;
     let numbers = line.split(|own: char| !(own.is_ascii_digit() || own == '.'));
-    let mut numbers = numbers.filter_map(|own| own.parse().ok());
-    let mut four = || {
-        Some([
-            numbers.next()?,
-            numbers.next()?,
-            numbers.next()?,
-            numbers.next()?,
-        ])
-    };
-    Some([four()?, four()?])
+    let numbers: Vec<f64> = numbers.filter_map(|own| own.parse().ok()).collect();
+    let [first, pasted] = [0, 4].map(|from| numbers.get(from..from + 4)?.try_into().ok());
+    Some([first?, pasted?])
 }
 
 /// The geometry of a controller with towers: lengths in mm, azimuths in degrees.
@@ -609,9 +602,13 @@ impl Imported {
                 "run DELTA_CALIBRATE in Klipper, then SAVE_CONFIG, and give the file that it wrote; docs/printers.md has \
                  the steps",
             ),
+            Firmware::FluidNc | Firmware::GrblHal => (
+                "this firmware saves no measurements",
+                "touch the bed at ten places (G38.2), and give what the console answers as well",
+            ),
             _ => (
                 "this firmware saves no measurements",
-                "give a samples file as well; delta-cal import and delta-cal plan --measure plane write one to fill in",
+                "touch the bed by the commands of delta-cal plan, and give what the console answers as well",
             ),
         };
         InputError::new(&self.robot.name, cause).with_remedy(remedy)
@@ -619,19 +616,31 @@ impl Imported {
 
     /// The comment of lines that says what was configured before any was pasted.
     pub(crate) fn kept(&self, controller: &Robot<f64>) -> Option<String> {
-        // Marlin keeps no comments.
-        if controller.drive() == Drive::Rotary || self.firmware == Firmware::Marlin {
+        if controller.drive() == Drive::Rotary {
             return None;
         }
         let [first, ..] = controller.arms();
         let rods = controller.arms().each_ref().map(|arm| rounded(arm.lb()));
         let [radius, own @ ..] = self.first.map(rounded);
+        if self.firmware == Firmware::Marlin {
+            let rods = own.join("mm,");
+            return Some(format!(
+                "Marlin keeps no comments: state --rods {rods}mm --radius {radius}mm, as first configured, with its next M503."
+            ));
+        }
         Some(format!(
             "{KEPT} radius {radius} and rods {} as first configured, for {} and {} here",
             own.join(", "),
             rounded(first.d().xy().norm()),
             rods.join(", ")
         ))
+    }
+
+    /// Whether the owner measured the rods: their length is stated with its σ.
+    pub fn rods_measured(&self) -> bool {
+        let tolerance = self.robot.tolerance;
+        let stated = tolerance.is_some_and(|own| own.forearm() < COMMON_ROD);
+        stated && self.robot.robot.drive() == Drive::Linear
     }
 
     /// The kinematics, as Klipper names it.

@@ -11,9 +11,9 @@ pub struct Stated {
     pub rods: Option<[f64; 3]>,
     /// The delta radius as measured: that of the towers minus that of the platform.
     pub radius: Option<f64>,
-    /// σ of the length common to all rods; 1 mm if not stated.
+    /// σ of the length common to all rods.
     pub rods_sigma: Option<f64>,
-    /// σ of the radius; 1 mm if not stated.
+    /// σ of the radius.
     pub radius_sigma: Option<f64>,
     /// The nominal and the measured lengths of printed parts.
     pub printed: Vec<[f64; 2]>,

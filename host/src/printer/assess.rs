@@ -34,6 +34,9 @@ pub struct Printer {
     pub kinematics: &'static str,
     /// What the import has to say.
     pub notes: Vec<String>,
+    /// Whether the owner measured the rods.
+    #[serde(skip)]
+    pub rods_measured: bool,
     /// How many heights there are.
     pub heights: usize,
     /// How many distances.
@@ -201,6 +204,7 @@ impl Printer {
         Ok(Self {
             firmware: imported.firmware,
             kinematics: imported.kinematics(),
+            rods_measured: imported.rods_measured(),
             notes: [
                 imported.notes.clone(),
                 uneven.iter().map(Uneven::note).collect(),

@@ -148,19 +148,24 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
     }
     let percent = 100.0 * off;
     let towers = robot.drive() == Drive::Linear;
-    let lengths = towers.then(|| lengths_for(robot, imported.bed_radius, mean));
-    let lengths = match lengths {
-        Some(Some([rods, radius])) => {
-            format!("rods of {rods:.1} mm with a radius of {radius:.1} mm")
-        }
-        Some(None) => "other rods".to_owned(),
-        None => "other forearms or another radius of the base".to_owned(),
-    };
-    let measure = if towers {
-        "the rods between their joints with a calliper and state them: --rods 345±0.1mm".to_owned()
-    } else {
+    let (lengths, measure) = if !towers {
         let name = imported.firmware.forearm();
-        format!("the forearms between their joints with a calliper and correct {name}")
+        let measure = format!(
+            " Measure the forearms between their joints with a calliper and correct {name}."
+        );
+        let lengths = "other forearms or another radius of the base; ".to_owned();
+        (lengths, measure)
+    } else if imported.rods_measured() {
+        (String::new(), String::new())
+    } else {
+        let lengths = match lengths_for(robot, imported.bed_radius, mean) {
+            Some([rods, radius]) => {
+                format!("rods of {rods:.1} mm with a radius of {radius:.1} mm; ")
+            }
+            None => "other rods; ".to_owned(),
+        };
+        let measure = " Measure the rods between their joints with a calliper and state them: --rods 345±0.1mm.";
+        (lengths, measure.to_owned())
     };
     let (word, shrink) = if mean < 1.0 {
         let shrink = format!("; prints that shrink by {percent:.1} % (--shrinkage)");
@@ -169,8 +174,8 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         ("long", String::new())
     };
     Some(format!(
-        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. Possible causes: {lengths}; a belt, gear or \
-         steps per mm {percent:.1} % off{shrink}. Measure {measure}.",
+        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. Possible causes: {lengths}a belt, gear or \
+         steps per mm {percent:.1} % off{shrink}.{measure}",
         parts.len(),
         100.0 * scatter / count.sqrt(),
     ))

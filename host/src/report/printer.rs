@@ -54,7 +54,9 @@ impl PrinterReport {
             return Err(refused.into());
         }
         let worst = Printer::noise(&calibration.solution);
+        let scale = common_scale(imported);
         if worst > DOUBTFUL
+            && scale.is_none()
             && let Some((names, left)) = contradicting(imported, &calibration.solution)
         {
             let names = list(&names);
@@ -77,7 +79,7 @@ impl PrinterReport {
                 "--rods or --radius"
             };
             let named = Printer::worst(imported, &calibration.solution);
-            let remedy = common_scale(imported).unwrap_or_else(|| {
+            let remedy = scale.unwrap_or_else(|| {
                 format!(
                     "Check {first} and that nothing is loose. If all is right, measure {} again.",
                     named.as_deref().unwrap_or("everything")
@@ -225,24 +227,21 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     let mut lines = vec![measured(report, printer)];
     let after = printer.after.as_ref().filter(|_| printer.lines.is_some());
     if let Some(off) = printer.before.as_ref().filter(|_| printer.heights > 0) {
-        let mut line = format!("Bed error now: {:.2} mm rms", off.height);
-        // What is not known may be more than the worst that is.
-        if off.worst_height > off.height {
-            let _ = write!(line, " ({:.2} mm worst)", off.worst_height);
-        }
-        let _ = write!(
-            line,
-            " within {:.0} mm of the centre",
-            printer.bed_radius_mm
-        );
-        if let Some(off) = after {
-            let _ = write!(line, ". With the lines below: {:.2} mm rms", off.height);
-            if off.worst_height > off.height {
-                let _ = write!(line, " ({:.2} mm worst)", off.worst_height);
-            }
-            let _ = write!(line, ", uncertain by {:.2} mm (σ)", off.height_sigma);
-        }
-        lines.push(line + ".");
+        let error = |off: &Off| {
+            // What is not known may be more than the worst that is.
+            let known = off.worst_height > off.height;
+            let worst = known.then(|| format!(" ({:.2} mm worst)", off.worst_height));
+            format!("{:.2} mm rms{}", off.height, worst.unwrap_or_default())
+        };
+        let (now, radius) = (error(off), printer.bed_radius_mm);
+        let then = after.map(|off| {
+            let (then, sigma) = (error(off), off.height_sigma);
+            format!(" With the lines below: {then}, uncertain by {sigma:.2} mm (σ).")
+        });
+        let then = then.unwrap_or_default();
+        lines.push(format!(
+            "Bed error now: {now} within {radius:.0} mm of the centre.{then}"
+        ));
     }
     lines.push(size(report, printer));
     if let Some(next) = &printer.next {
@@ -258,17 +257,20 @@ fn size(report: &Report, printer: &Printer) -> String {
     if !report.determined.scale {
         let why = if report.after.instruments.distance_scale.is_some() {
             "uncertain: the shrinkage of prints is unknown (--shrinkage)"
+        } else if printer.distances > 0 {
+            "uncertain: the distances do not tell it from the lengths of the robot"
         } else {
             "not measured"
         };
         return format!("Part size is {why}.");
     }
-    let hundred = |off: &Off| format!("{:.2} mm", off.hundred);
-    let now = printer.before.as_ref().map_or_else(String::new, hundred);
-    let then = printer.after.as_ref().filter(|_| printer.lines.is_some());
-    let then = then.map_or_else(String::new, |off| {
-        format!(", with the lines below as {}", hundred(off))
-    });
+    let hundred = |words, off: Option<&Off>| {
+        let text = off.map(|off| format!("{words}{:.2} mm", off.hundred));
+        text.unwrap_or_default()
+    };
+    let now = hundred("", printer.before.as_ref());
+    let after = printer.after.as_ref().filter(|_| printer.lines.is_some());
+    let then = hundred(", with the lines below as ", after);
     format!("100 mm come out as {now} now{then}.")
 }
 
@@ -304,12 +306,10 @@ fn measured(report: &Report, printer: &Printer) -> String {
         "delta" => "Delta with towers",
         _ => "Delta with rotary arms",
     };
-    let notes = if printer.notes.is_empty() {
-        ""
-    } else {
-        " (see the note below)"
-    };
-    format!("{}: {kind}, {}{notes}.", report.robot_file, list(&kinds))
+    let noted = !printer.notes.is_empty();
+    let notes = noted.then_some(" (see the note below)");
+    let (file, notes) = (&report.robot_file, notes.unwrap_or_default());
+    format!("{file}: {kind}, {}{notes}.", list(&kinds))
 }
 
 /// The three largest changes of what the controller is told.
@@ -338,11 +338,10 @@ fn noise(report: &Report, printer: &Printer) -> String {
         format!("{} {sigma} mm ({from})", own.kind.plural())
     });
     let kinds: Vec<_> = kinds.collect();
-    let worst = match &printer.fits_worst {
-        Some(name) if printer.lack_of_fit > DOUBTFUL => format!("; {name} fits worst"),
-        _ => String::new(),
-    };
-    format!("Noise of {}{worst}.", list(&kinds))
+    let doubtful = printer.lack_of_fit > DOUBTFUL;
+    let worst = printer.fits_worst.as_ref().filter(|_| doubtful);
+    let worst = worst.map(|name| format!("; {name} fits worst"));
+    format!("Noise of {}{}.", list(&kinds), worst.unwrap_or_default())
 }
 
 /// The one thing to do next, in the commands of the printer's firmware.
@@ -352,6 +351,9 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
     let places = places.collect::<Vec<_>>().join(" ");
     let klipper = printer.firmware == Firmware::Klipper;
     let touch = match printer.firmware {
+        Firmware::Klipper if printer.heights == 0 => {
+            "touch the bed at seven places (DELTA_CALIBRATE, then SAVE_CONFIG)".to_owned()
+        }
         Firmware::Klipper => format!(
             "nozzle on a sheet of paper at x, y = {places} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)"
         ),
@@ -359,10 +361,13 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
             "touch the bed at x, y = {places} as well, and write the heights into a table x_mm,y_mm,height_mm"
         ),
         Firmware::RepRapFirmware | Firmware::Marlin => {
-            "touch the bed at more places: delta-cal plan with --count 16 writes the G30 commands"
+            "touch the bed at 16 places: delta-cal plan with --count 16 writes the G30 commands"
                 .to_owned()
         }
     };
+    if printer.heights == 0 {
+        return format!("Measure next: {touch}.");
+    }
     let print = if klipper {
         "print Klipper's docs/prints/calibrate_size.stl and measure its twelve distances (DELTA_ANALYZE)"
     } else {
@@ -381,7 +386,8 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
     if let Some((_, proposal)) = best {
         return format!("Measure next: {proposal}.");
     }
-    let otherwise = match (report.determined.scale, printer.kinematics) {
+    let known = report.determined.scale || printer.rods_measured;
+    let otherwise = match (known, printer.kinematics) {
         (true, _) => "nothing".to_owned(),
         (false, "delta") => {
             "the rods between their joints with a calliper (--rods 345.2±0.1mm)".to_owned()
@@ -407,12 +413,13 @@ fn paste(printer: &Printer) -> String {
         list(&flatter.into_iter().chain(nearer).collect::<Vec<_>>())
     });
     let chances = chances.filter(|own| !own.is_empty());
-    if printer.lines.is_none() {
-        let chances = chances.map_or_else(String::new, |own| format!(" (best: {own})"));
-        return format!(
-            "Nothing to change: no other parameters would print clearly better{chances}."
-        );
+    if printer.lines.is_some() {
+        let chances = chances.map(|own| format!(": {own}"));
+        return format!("Paste the lines below{}.", chances.unwrap_or_default());
     }
-    let chances = chances.map_or_else(String::new, |own| format!(": {own}"));
-    format!("Paste the lines below{chances}.")
+    let chances = chances.map(|own| format!(" (best: {own})"));
+    format!(
+        "Nothing to change: no other parameters would print clearly better{}.",
+        chances.unwrap_or_default()
+    )
 }

@@ -106,7 +106,7 @@ pub(crate) fn towers(target: &str, lines: &str) -> Delta {
 const FOUR_LENGTHS: &str = "
     smoothieware ⇒ _   ⇒ delta_f ⇒ delta_e ⇒ delta_rf ⇒ delta_re
     fluidnc      ⇒ :_  ⇒ base_triangle_mm ⇒ end_effector_triangle_mm ⇒ crank_mm ⇒ linkage_mm
-    grblhal      ⇒ _=_ ⇒ Base radius ⇒ End effector radius ⇒ Bicep length ⇒ Forearm length
+    grblhal      ⇒ =   ⇒ $643 ⇒ $644 ⇒ $642 ⇒ $641
     ucnc         ⇒ _=_ ⇒ delta_base_radius ⇒ delta_effector_radius ⇒ delta_bicep_length ⇒ delta_forearm_length
     delta-x      ⇒ _   ⇒ #define DEFAULT_RD_F ⇒ #define DEFAULT_RD_E ⇒ #define DEFAULT_RD_RF ⇒ #define DEFAULT_RD_RE
     codesys      ⇒ _:=_ ⇒ dArm1Radius ⇒ dStewartRadius ⇒ dArmLength1 ⇒ dArmLength2

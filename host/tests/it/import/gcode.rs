@@ -142,37 +142,6 @@ fn rotary_lines_are_imported_as_they_are_exported() {
     }
 }
 
-/// Heights without places get them from bed.g, or from the radius of Marlin's grid.
-#[test]
-fn tables_of_heights_have_the_places_of_the_firmware() {
-    let bed = "G30 P0 X-60 Y-40 Z-99999\nG30 P1 X0 Y-80 Z-99999\nG30 P2 X60 Y-40 Z-99999\nG30 P3 X60 Y40 Z-99999\n\
-               G30 P4 X0 Y80 Z-99999\nG30 P5 X-60 Y40 Z-99999\nG30 P6 X0 Y0 Z-99999 S6\n";
-    let g32 = "Bed probe heights: -0.028 0.013 0.022 -0.010 0.041 -0.035 0.020, mean 0.002, deviation from mean 0.023\n";
-    let grid = "Bilinear Leveling Grid:\n      0      1      2\n 0 -0.021 -0.142 -0.210\n 1 -0.181 -0.052 -0.205\n 2 -0.101 -0.012 -0.105\n";
-    let constants = format!(
-        "{CONSTANTS}#define PRINTABLE_RADIUS 100\n#define NOZZLE_TO_PROBE_OFFSET {{ 0, 0, -1 }}\n"
-    );
-    for (name, text, answers, heights) in [
-        ("config.g", REPRAPFIRMWARE, format!("{bed}{g32}"), Some(7)),
-        ("config.g", REPRAPFIRMWARE, g32.to_owned(), None),
-        ("Configuration.h", &constants, grid.to_owned(), Some(5)),
-        ("m503.txt", MARLIN, grid.to_owned(), None),
-    ] {
-        let folder = Folder::new();
-        folder.write(name, text);
-        folder.write("console.txt", answers);
-        let run = folder.run(&format!("calibrate {name} console.txt --json -"));
-        match heights {
-            Some(heights) => assert_eq!(run.ok().json()["printer"]["heights"], heights, "{name}"),
-            None => assert!(
-                run.stderr.contains("heights without places"),
-                "{}",
-                run.stderr
-            ),
-        }
-    }
-}
-
 #[test]
 fn lines_that_cannot_be_read_are_refused() {
     let table = "

@@ -176,6 +176,7 @@ fn touches_replace_no_measurements_and_ignore_no_option() {
         --samples mysamples.csv ⇒ 2 ⇒ --samples does not apply
         --measure xyz ⇒ 2 ⇒ --measure does not apply
         --order random ⇒ 2 ⇒ --order does not apply
+        --seed 7 ⇒ 2 ⇒ --seed does not apply
         --json plan.json ⇒ 2 ⇒ --json does not apply
         ";
     assert_refused(&folder, "plan printer.cfg --count 9", table);

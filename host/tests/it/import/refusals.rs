@@ -78,35 +78,6 @@ fn a_configuration_without_measurements_gives_a_robot_file_only() {
     silent(&run);
 }
 
-/// A missing included file is named with its line where an option is missing, and is a note otherwise.
-#[test]
-fn includes_that_are_not_there_are_told() {
-    let good = format!(
-        "[include hunter2/*.cfg]\n[include hunter2.cfg]\n{}",
-        printer("01").configuration()
-    );
-    let first = folder(&good);
-    let run = first.run("import klipper printer.cfg --output mine").ok();
-    assert!(
-        run.stdout
-            .contains("printer.cfg:2 includes a file that does not exist"),
-        "{}",
-        run.stdout
-    );
-    assert!(!run.stdout.contains("printer.cfg:1 "), "{}", run.stdout);
-    silent(&run);
-    let lacking = folder(&good.replace("kinematics: delta", "speed: 1"));
-    let run = lacking.run("import klipper printer.cfg --output mine");
-    assert_eq!(run.code, 3);
-    assert!(
-        run.stderr
-            .contains("help: printer.cfg:2 includes a file that does not exist"),
-        "{}",
-        run.stderr
-    );
-    silent(&run);
-}
-
 #[test]
 fn files_that_exist_are_only_replaced_with_force() {
     let folder = folder(&printer("01").configuration());

@@ -1,0 +1,8 @@
+//#define DELTA_HEIGHT 1
+#define DELTA_DIAGONAL_ROD 330.1 // mm
+#define DELTA_HEIGHT 411.8
+#define DELTA_ENDSTOP_ADJ { -1.1, 0.0, -1.0 }
+#define DELTA_RADIUS 141.2
+#define DELTA_TOWER_ANGLE_TRIM { 0.3, -0.2, 0.1 }
+#define PRINTABLE_RADIUS 100
+#define NOZZLE_TO_PROBE_OFFSET { 0, 0, -1 }

@@ -604,7 +604,7 @@ impl Readings {
             return Err(row
                 .fault_of_row("nothing was measured in this row")
                 .with_remedy(
-                    "fill in what was measured at these joint angles, or delete the row",
+                    "fill in what was measured at these joint angles, name the file of the measurements too, or delete the row",
                 ));
         }
         Ok(reading)

@@ -13,7 +13,7 @@ delta-cal plan robot.toml --validation poses.csv --frame sensor --within $region
   --output check.csv > plan.txt
 delta-cal validate calibrated.toml check.csv check_tracker.csv --frame sensor --limit 0.2mm --report certificate.html > validate.txt
 delta-cal workspace "$docs/../host/examples/paper-robot/robot.toml" --output workspace > workspace.txt
-sed '1s|$|<rect width="100%" height="100%" fill="#fff"/>|' workspace/section.svg > "$docs/workspace.svg"
+sed 's|<svg[^>]*>|&<rect width="100%" height="100%" fill="#fff"/>|' workspace/section.svg > "$docs/workspace.svg"
 for picture in report certificate; do
   chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1000,1100 \
     --screenshot="$docs/$picture.png" "file://$PWD/$picture.html"

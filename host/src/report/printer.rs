@@ -258,8 +258,6 @@ fn size(report: &Report, printer: &Printer) -> String {
     if !report.determined.scale {
         let why = if report.after.instruments.distance_scale.is_some() {
             "uncertain: the shrinkage of prints is unknown (--shrinkage)"
-        } else if printer.distances > 0 {
-            "measured too coarsely to be stated"
         } else {
             "not measured"
         };

@@ -11,7 +11,9 @@ delta-cal plan robot.toml --count 20 --frame sensor --absolute --within $region 
 delta-cal calibrate robot.toml poses.csv tracker.csv --frame sensor --output calibrated.toml > calibrate.txt
 delta-cal plan robot.toml --validation poses.csv --frame sensor --within $region --count 20 --seed 7 --names V \
   --output check.csv > plan.txt
-delta-cal validate calibrated.toml check.csv check_tracker.csv --frame sensor --limit 0.2mm --report certificate.html
+delta-cal validate calibrated.toml check.csv check_tracker.csv --frame sensor --limit 0.2mm --report certificate.html > validate.txt
+delta-cal workspace "$docs/../host/examples/paper-robot/robot.toml" --output workspace > workspace.txt
+sed 's|<svg[^>]*>|&<rect width="100%" height="100%" fill="#fff"/>|' workspace/section.svg > "$docs/workspace.svg"
 for picture in report certificate; do
   chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1000,1100 \
     --screenshot="$docs/$picture.png" "file://$PWD/$picture.html"

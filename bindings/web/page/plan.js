@@ -186,9 +186,9 @@ function view(at, space, across, up, caption, circle) {
     labels.push({ x, y, numbers: [index + 1] });
   }
   for (const own of shared(shared(labels))) {
-    const { x, y, numbers } = own;
+    const { x, y } = own;
     const left = isLeft(own);
-    drawing.append(shape("text", { x: left ? x - 6 : x + 6, y: y + 4, "text-anchor": left && "end" }, numbers.join(", ")));
+    drawing.append(shape("text", { x: left ? x - 6 : x + 6, y: y + 4, "text-anchor": left && "end" }, words(own)));
   }
   return element("figure", {}, drawing, element("figcaption", {}, circle ? `${caption}.` : `${caption}; grey: the workspace.`));
 }
@@ -196,7 +196,10 @@ function view(at, space, across, up, caption, circle) {
 /** @typedef {{x: number, y: number, numbers: number[]}} Label */
 
 /** @param {Label} own */
-const widthOf = ({ numbers }) => 12 + 10 * numbers.join(", ").length;
+const words = ({ numbers }) => (numbers.length > 5 ? [...numbers.slice(0, 4), "…"] : numbers).join(", ");
+
+/** @param {Label} own */
+const widthOf = (own) => 12 + 10 * words(own).length;
 
 /** Whether a label stands to the left of its place. @param {Label} own */
 const isLeft = (own) => own.x + widthOf(own) > 430;
@@ -227,7 +230,7 @@ function checklist(csv) {
   const [head = [], ...rows] = lines.map((line) => line.split(","));
   // What the nominal robot would read is for comparison: a tenth is enough.
   const nominal = head.map((own) => own.startsWith("_"));
-  const named = head.map((own) => own.replace(/^_nominal_/, "nominal "));
+  const named = head.map((own) => own.replace(/^_nominal_/, "nominal ").replace(/^_/, ""));
   const shown = (/** @type {string} */ own, /** @type {number} */ index) => (nominal[index] && number(own) ? Number(own).toFixed(1) : own);
   return element(
     "table",

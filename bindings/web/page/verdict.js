@@ -46,7 +46,7 @@ function ofPrinter(report, paste) {
   if (better?.height != null) sure.push(`a flatter bed with ${chance(better.height)} probability`);
   if (better?.xy != null) sure.push(`better x and y with ${chance(better.xy)} probability`);
   const from = [heights && `${heights} heights`, distances && `${distances} distances`].filter(Boolean).join(" and ");
-  const unknown = distances ? "; the size of parts is uncertain without the shrinkage of prints (Options)" : "; the size of parts is not measured";
+  const unknown = distances ? "; the size of parts is uncertain: state the shrinkage of prints (Options), or measure more lengths" : "; the size of parts is not measured";
   return {
     sentences: [`${what.join("; ") || "Nothing was measured of the bed"}.`, `From ${from}: ${sure.join(", ") || "not known how much better"}${sized ? "" : unknown}.`, nextOf(report.printer, paste)],
     next: !heights || (next && worthwhile(next.sigma_with_heights_mm, next)) ? "plan" : null,

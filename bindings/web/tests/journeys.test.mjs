@@ -1,14 +1,14 @@
 // The journeys of the page in a real browser. What the page offers is compared with what the command writes.
 
 import assert from "node:assert/strict";
-import { mkdtempSync, writeFileSync } from "node:fs";
+import { cpSync, mkdtempSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import axe from "axe-core";
 import { inPageWords } from "../page/words.js";
-import { FILE, ROOT, alike, command, downloaded, example, give, launch, open, same, serve, testCase, text } from "./page.mjs";
+import { FILE, ROOT, alike, command, downloaded, example, give, launch, open, run, same, serve, testCase, text } from "./page.mjs";
 
 let server, browser;
 
@@ -61,6 +61,17 @@ async function list(page) {
   await page.locator("#input").evaluate((own) => (own.open = true));
 }
 
+/** Sets fields by their ids, also folded ones: those of a printer are shown once there is one. */
+async function set(page, fields) {
+  for (const [id, value] of Object.entries(fields)) {
+    await page.locator(`select#${id} option[value='${value}'], input#${id}`).first().waitFor({ state: "attached" });
+    await page.locator(`#${id}`).evaluate((field, value) => {
+      field[field.type === "checkbox" ? "checked" : "value"] = value;
+      field.dispatchEvent(new Event("change", { bubbles: true }));
+    }, value);
+  }
+}
+
 /** A file of a text. */
 function made(name, text) {
   return { name, mimeType: "text/plain", buffer: Buffer.from(text) };
@@ -109,13 +120,7 @@ for (const [folder, names, fields, values] of CASES) {
     const files = names.map((name) => testCase(`${folder}/${name}`));
     const own = names.map((name) => basename(name));
     const written = command(files, "calibrate", ...own, ...values, "--output", "calibrated.toml", "--json", "report.json");
-    // Those of a printer are shown once there is one.
-    for (const [id, value] of Object.entries(fields)) {
-      await page.locator(`#${id}`).evaluate((field, value) => {
-        field.value = value;
-        field.dispatchEvent(new Event("change", { bubbles: true }));
-      }, value);
-    }
+    await set(page, fields);
     await give(page, ...files);
     await settled(page);
     if (written.code === 0) {
@@ -601,42 +606,59 @@ journey("a robot with targets and a tool calibrates as the command does", async 
   for (const name of ["calibrated.toml", "report.html"]) same(await downloaded(page, `Download ${name}`), written.file(name), name);
 });
 
-journey("the tutorial, from the data sheet to the certificate, as the page does it", async (page) => {
-  const blocks = text(join(ROOT, "docs/tutorial.md")).matchAll(/^```[a-z]+ (\S+)\n([^]*?)^```/gm);
-  const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
-  for (const [, name, body] of blocks) writeFileSync(join(folder, name), body);
-  const own = (...all) => all.map((name) => join(folder, name));
-  const save = async (name) => writeFileSync(join(folder, name), await downloaded(page, `Download ${name}`));
-  await give(page, ...own("robot.toml"));
-  await page.locator("#result").getByRole("button", { name: "Plan" }).click();
-  await page.getByLabel("Region").fill("r=250,z=-680..-480");
-  await page.getByLabel("Names of the rows").fill("P");
-  await page.getByLabel("Absolute error").check();
-  await page.getByRole("button", { name: "Plan", exact: true }).click();
-  await save("poses.csv");
-  await give(page, ...own("poses.csv", "tracker.csv"));
-  await page.getByRole("tab", { name: "Calibrate" }).click();
-  await page.getByRole("button", { name: "Positions in the sensor's frame" }).click();
-  await result(page);
-  assert.match(await page.locator("#verdict").innerText(), /expected to be off by 0\.075 mm/);
-  await save("calibrated.toml");
-  await page.getByRole("tab", { name: "Plan" }).click();
-  await page.getByLabel("To validate").selectOption("poses.csv");
-  await page.getByLabel("Names of the rows").fill("V");
-  await page.getByLabel("Seed").fill("7");
-  await page.getByRole("button", { name: "Plan", exact: true }).click();
-  await save("check.csv");
-  const within = ["--within", "r=250,z=-680..-480", "--frame", "sensor", "--count", "20"];
-  const plan = command(own("robot.toml", "poses.csv"), "plan", "robot.toml", "--validation", "poses.csv", ...within, "--seed", "7", "--names", "V", "--output", "check.csv");
-  same(text(own("check.csv")[0]), plan.file("check.csv"), "check.csv");
-  await give(page, ...own("check.csv", "check_tracker.csv"));
-  await page.getByRole("tab", { name: "Validate" }).click();
-  await page.locator("#validate-second option[value='check_tracker.csv']").waitFor({ state: "attached" });
-  await page.getByLabel("Limit of the rms position error").fill("0,2");
-  await page.locator("#validate-go").click();
-  const written = command(own("calibrated.toml", "check.csv", "check_tracker.csv"), "validate", "calibrated.toml", "check.csv", "check_tracker.csv", "--frame", "sensor", "--limit", "0.2mm", "--report", "certificate.html");
-  same(await downloaded(page, "Download certificate.html"), written.file("certificate.html"), "certificate.html");
-});
+const millimetres = (length = "") => length.replace("mm", "");
+// What a reader of the tutorial does on the page for a command with these files and options; the button of its result.
+const STEPS = {
+  async plan(page, [robot], { measure = "xyz", frame = "base", ...has }) {
+    await set(page, { "plan-robot": robot, "plan-measure": `${measure}|${frame}`, "plan-count": has.count, "plan-within": has.within ?? "", "plan-names": has.names ?? "", "plan-seed": has.seed ?? "1", "plan-absolute": "absolute" in has, "plan-check": has.validation ?? "" });
+    await page.locator("#plan-go").click();
+    return [/Download (poses|check|touches)\./, has.output];
+  },
+  async calibrate(page, files, has) {
+    if (has.frame && (await page.inputValue("#frame")) !== has.frame) await page.getByRole("button", { name: "Positions in the sensor's frame" }).click();
+    await set(page, { printed: has.printed ?? "", shrinkage: has.shrinkage ?? "" });
+    await result(page);
+    return has.paste ? ["Download paste.cfg", has.paste] : ["Download calibrated.toml", has.output];
+  },
+  async validate(page, [robot, samples, second = ""], { frame, ...has }) {
+    await set(page, { "validate-robot": robot, "validate-samples": samples, "validate-second": second, "validate-frame": frame, "validate-limit": millimetres(has.limit), "validate-guard": "guard" in has });
+    await page.locator("#validate-go").click();
+    return ["Download certificate.html", "certificate.html"];
+  },
+  async export(page, [robot], has) {
+    await set(page, { "export-robot": robot, "export-target": has.for, "export-nominal": has.nominal ?? "", "export-home": has.home ?? "", "export-limit": millimetres(has.limit) });
+    await page.locator("#export").getByRole("button", { name: "Export" }).click();
+    return [new RegExp(`Download ${has.for}\\.(?!json)`), has.output];
+  },
+};
+
+// The page has no folders, and its result this name.
+const tutorial = text(join(ROOT, "docs/tutorial.md")).replaceAll("packer.toml", "calibrated.toml");
+for (const part of tutorial.split(/^##+ /m).reduce((all, own) => (/^\d/.test(own) ? [...all.slice(0, -1), all.at(-1) + own] : [...all, own]), []).filter((own) => own.includes("\n$ "))) {
+  journey(`the tutorial on the page: ${part.split("\n")[0]}`, async (page) => {
+    const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
+    if (part.includes("examples/plant/")) cpSync(example("plant"), folder, { recursive: true });
+    const given = new Set(["calibrated.toml"]);
+    for (const [, kind, name, body] of part.matchAll(/^```([a-z]+) ?(\S*)\n([^]*?)^```/gm)) {
+      if (name) writeFileSync(join(folder, name), body);
+      for (const [, line] of kind === "console" ? body.replaceAll("examples/plant/", "").matchAll(/^\$ delta-cal (.*)/gm) : []) {
+        const [task, ...words] = line.replaceAll(/ --report \S+/g, "").split(" ");
+        const has = Object.fromEntries(line.split(" --").slice(1).map((own) => own.split(" ")));
+        const files = words.slice(0, words.findIndex((own) => own.startsWith("--")));
+        const written = run(folder, [task, ...words, ...(task === "validate" ? ["--report", "certificate.html"] : [])]);
+        const added = [...files, has.nominal, has.validation].filter((own) => own && !given.has(own));
+        for (const own of added) given.add(own);
+        if (added.length) await give(page, ...added.map((own) => join(folder, own)));
+        await page.locator(`#tab-${task}`).click();
+        const [label, output] = await STEPS[task](page, files, has);
+        const button = page.locator(`#panel-${task}`).getByRole("button", { name: label }).first();
+        await button.waitFor();
+        if (output) same(await downloaded(page, await button.innerText()), written.file(output), line);
+        if (task === "plan") assert.ok(plain(written.said).startsWith(plain(await page.locator("#planned pre").first().innerText())) || has.validation || output === "touches.gcode", written.said);
+      }
+    }
+  });
+}
 
 journey("a calibration is compared with the file that it comes from", async (page) => {
   const files = [example("paper-robot/robot.toml"), example("paper-robot/samples.csv")];

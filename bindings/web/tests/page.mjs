@@ -95,6 +95,11 @@ export async function downloaded(page, label) {
 export function command(files, ...values) {
   const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
   for (const file of files) execFileSync("cp", [file, folder]);
+  return run(folder, values);
+}
+
+/** The same in a folder that has them. */
+export function run(folder, values) {
   const program = process.env.DELTA_CAL ?? join(ROOT, "target/debug/delta-cal");
   let said;
   let code = 0;

@@ -176,11 +176,13 @@ fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<()
 
 /// Checks that the points of `[datum]` give the frame of complete positions.
 fn check_datum(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), CalibrateError> {
+    if frame == Frame::Sensor
+        && let Some(missing) = readings.missing_datum(robot)
+    {
+        return Err(missing.into());
+    }
     if Datum::of(robot, frame)?.is_none() {
         return Ok(());
-    }
-    if let Some(missing) = readings.missing_datum(robot) {
-        return Err(missing.into());
     }
     let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
     if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {

@@ -348,7 +348,12 @@ fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
         .filter_map(|row| case.readings.rows.get(*row));
     let lines: Vec<_> = rows.map(|row| row.line).collect();
     if !lines.is_empty() {
-        all.push(format!("{} disagree with the others", in_lines(&lines)));
+        let verb = if lines.len() == 1 {
+            "disagrees"
+        } else {
+            "disagree"
+        };
+        all.push(format!("{} {verb} with the others", in_lines(&lines)));
     }
     (!all.is_empty()).then(|| list(&all))
 }

@@ -423,9 +423,9 @@ impl Readings {
             .rows
             .iter()
             .filter(|row| row.value.kind() == Some(kind));
-        let weights = of_kind.filter_map(|row| Some(row.value.sigma?.powi(-2)));
+        let weights = of_kind.filter_map(|row| Some(1.0 / row.value.sigma?.powi(2)));
         let (sum, count) = weights.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
-        (count > 0.0).then(|| (sum / count).powf(-0.5))
+        (count > 0.0).then(|| (count / sum).sqrt())
     }
 
     /// Whether a row has a reading of this kind.
@@ -604,7 +604,7 @@ impl Readings {
             return Err(row
                 .fault_of_row("nothing was measured in this row")
                 .with_remedy(
-                    "fill in what was measured at these joint angles, or delete the row",
+                    "fill in what was measured at these joint angles, name the file of the measurements too, or delete the row",
                 ));
         }
         Ok(reading)

@@ -152,7 +152,7 @@ impl Datum {
     ) -> Vec<(&DatumPoint, f64, f64)> {
         let motions = RigidMotions::of(self.points.iter().map(|point| point.place));
         let points = self.points.iter().filter_map(|point| {
-            let sigma = point.sigma?.hypot(noise);
+            let sigma = (point.sigma?.powi(2) + noise * noise).sqrt();
             let left = 1.0 - motions.as_ref()?.leverage(&point.place);
             let off = point.seen - frame.apply(&(point.place * (1.0 + scale)));
             let sigmas = off.amax() / (sigma * left.max(0.1).sqrt());
@@ -174,9 +174,8 @@ impl Datum {
     pub(super) fn points(&self, noise: f64) -> impl Iterator<Item = (&DatumPoint, f64)> {
         let freedom = 3.0 * self.points.len() as f64 - 6.0;
         let excess = (self.rms().powi(2) - noise * noise).max(0.0) * freedom / (freedom - 2.0);
-        let shown = excess.sqrt();
-        self.points
-            .iter()
-            .map(move |point| (point, point.sigma.unwrap_or(shown).hypot(noise)))
+        let square = move |point: &DatumPoint| point.sigma.map_or(excess, |own| own * own);
+        let points = self.points.iter();
+        points.map(move |point| (point, (square(point) + noise * noise).sqrt()))
     }
 }

@@ -132,18 +132,22 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         };
         let from = robot.forward(&from).ok()?;
         let to = robot.forward(&row.value.joints).ok()?;
-        Some(distance / (to - from).norm())
+        let length = (to - from).norm();
+        Some((distance / length, row.value.sigma.unwrap_or(0.0) / length))
     });
     let parts: Vec<_> = parts.collect();
     if parts.len() < LEAST_DISTANCES {
         return None;
     }
     let count = parts.len() as f64;
-    let mean = parts.iter().sum::<f64>() / count;
-    let squares = parts.iter().map(|own| (own - mean).powi(2));
+    let mean = parts.iter().map(|(part, _)| part).sum::<f64>() / count;
+    let squares = parts.iter().map(|(part, _)| (part - mean).powi(2));
     let scatter = (squares.sum::<f64>() / (count - 1.0)).sqrt();
+    // Copies of one printed length do not scatter, but are no better than the calliper.
+    let stated = parts.iter().map(|(_, sigma)| sigma.powi(2)).sum::<f64>() / count;
+    let sigma = (scatter.powi(2) + stated).sqrt() / count.sqrt();
     let off = (mean - 1.0).abs();
-    if off < SCALE || off < CLEAR * scatter / count.sqrt() || off < 2.0 * scatter {
+    if off < SCALE || off < CLEAR * sigma || off < 2.0 * scatter {
         return None;
     }
     let percent = 100.0 * off;
@@ -177,7 +181,7 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. Possible causes: {lengths}a belt, gear or \
          steps per mm {percent:.1} % off{shrink}.{measure}",
         parts.len(),
-        100.0 * scatter / count.sqrt(),
+        100.0 * sigma,
     ))
 }
 

@@ -28,12 +28,17 @@ empty() {
   trap 'rm -rf "$folder"' EXIT
   cd "$folder"
 }
-# Packs a folder of target/archive, unpacks it in an empty folder, and enters that.
+# Packs a folder of target/archive, and enters an empty folder that has the archive alone.
 archive() {
   cp LICENSE-* "$release/THIRD-PARTY.txt" "target/archive/$1"
   tar -czf "$release/$1.tar.gz" -C target/archive "$1"
   empty
-  tar -xzf "$release/$1.tar.gz"
+  cp "$release/$1.tar.gz" .
+}
+# Runs the commands below the words that a paragraph of docs/install.md begins with, without those that need the internet.
+follow() {
+  sh -ec "$(awk -v at="**$1" 'index($0, at) == 1 {on = 1} on == 2 && /^```/ {exit} on == 2 && !/# internet/ {print}
+    on == 1 && /^```sh/ {on = 2}' "$root/docs/install.md" | sed "s/x86_64-unknown-linux-musl/$target/; s/x86_64-unknown-linux-gnu/$host/")"
 }
 # Licences and bill of materials.
 papers() {
@@ -63,6 +68,11 @@ rm -rf target/package
 cargo package --quiet --locked --package delta-cal --package delta-cal-protocol --package delta-cal-controller \
   --package delta-cal-c --package delta-cal-host
 cp target/package/*.crate "$release"
+empty
+ln -s "$root" delta-cal
+cargo new --quiet --lib firmware
+cd firmware
+follow 'A Rust firmware'
 "#],
 };
 
@@ -71,21 +81,22 @@ const COMMAND: Stage = Stage {
     about: "the command for this machine, with completions and manual pages",
     commands: &[r#"
 rustup target add "$target"
-cargo build --quiet --locked --release --package delta-cal-host --bin delta-cal --features man --target "$target" \
-  --config profile.release.strip=true
+cargo install --quiet --locked --path host --features man --target "$target" --config profile.release.strip=true \
+  --root target/installed
 name=delta-cal-$target
 folder=target/archive/$name
 rm -rf "$folder"
 mkdir -p "$folder/completions" "$folder/man/man1"
-cp README.md CHANGELOG.md "target/$target/release/delta-cal"* "$folder"
+cp README.md CHANGELOG.md target/installed/bin/* "$folder"
 cp -r host/examples "$folder"
-rm -f "$folder"/*.d "$folder"/*.pdb
 for shell in bash elvish fish powershell zsh; do
   "$folder/delta-cal" completions "$shell" > "$folder/completions/delta-cal.$shell"
 done
 "$folder/delta-cal" man "$folder/man/man1"
 archive "$name"
-delta_cal="$PWD/$name/delta-cal"
+export HOME=$PWD
+follow 'The command'
+delta_cal=$HOME/.local/bin/delta-cal
 case $target in *-musl) ldd "$delta_cal" 2>&1 | grep -q -e 'statically linked' -e 'not a dynamic' ;; esac
 mkdir mine
 cd mine
@@ -94,8 +105,9 @@ cd mine
 "$delta_cal" calibrate --output calibrated.toml --report report.html
 "$delta_cal" export calibrated.toml --for linuxcnc
 test -s poses.csv && test -s report.html
-grep -q calibrate ../"$name"/man/man1/delta-cal.1
-test -s ../"$name"/man/man1/delta-cal-calibrate.1
+grep -q calibrate "$HOME"/.local/share/man/man1/delta-cal.1
+test -s "$HOME"/.local/share/man/man1/delta-cal-calibrate.1
+grep -q calibrate "$HOME"/.local/share/bash-completion/completions/delta-cal
 "#],
 };
 
@@ -112,8 +124,7 @@ archive "$name"
 block() { awk "/^\`\`\`$1\$/{on=1;next} /^\`\`\`/{if(on)exit} on" "$root/docs/c.md"; }
 block c > main.c
 block text > expected
-export PKG_CONFIG_PATH=$PWD/$name/lib/pkgconfig
-cc main.c $(pkg-config --cflags --libs delta-cal) -lm -o controller
+follow 'The library for C'
 LD_LIBRARY_PATH=$name/lib ./controller | diff expected -
 block cmake | sed 's/^include.*/find_package(delta-cal 0.1 REQUIRED)/' > CMakeLists.txt
 cmake -S . -B build "-DCMAKE_PREFIX_PATH=$PWD/$name"
@@ -185,6 +196,9 @@ package=$("$python" -c 'import delta_cal; print(delta_cal.__path__[0])')
 "$python" "$root/bindings/python/examples/laboratory.py"
 "$python" "$root/bindings/python/examples/circles.py"
 "$python" "$root/bindings/python/examples/cluster.py" 500 2
+cp "$release"/delta_cal-*.whl "$root/host/examples/paper-robot/robot.toml" .
+"$python" -m pip download --quiet numpy
+follow 'The Python package'
 "#,
     ],
 };
@@ -211,6 +225,7 @@ cd "$release"
 rm -f SHA256SUMS
 (sha256sum -- * || shasum -a 256 -- *) > ../SHA256SUMS
 mv ../SHA256SUMS .
+case $host in *-linux-*) follow 'Check what you downloaded' ;; esac
 ls -l
 "#],
 };

@@ -15,7 +15,7 @@ use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{
     Arm, Drive, GeometryError, ParameterKind, Transmission, TransmissionTolerance,
 };
-use delta_cal::{Noise, Parameter, Robot, SettingError, SymmetricRobot, Tolerance};
+use delta_cal::{Noise, Parameter, Real, Robot, SettingError, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
 const TARGET_KEYS: &str = "x_mm y_mm z_mm sigma_mm";
@@ -527,8 +527,8 @@ fn turned(
 ) -> Result<Robot<f64>, GeometryError> {
     let radius = lengths.base_radius - lengths.platform_radius;
     let arm = |index: usize| {
-        let (sine, cosine) = azimuths[index].sin_cos();
-        let (up, along) = zeros[index].to_radians().sin_cos();
+        let (sine, cosine) = azimuths[index].sine_cosine();
+        let (up, along) = zeros[index].to_radians().sine_cosine();
         Arm::new([
             radius * cosine,
             radius * sine,

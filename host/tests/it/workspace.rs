@@ -201,10 +201,8 @@ fn bisected(holds: impl Fn(f64) -> bool, mut a: f64, mut b: f64) -> f64 {
 fn every_position_of_the_forward_model_is_reachable_and_joints_lead_back_to_it() {
     let mut rng = Pcg32::seed_from_u64(1);
     let beyond = Case::new(("beyond a half turn", paper(), reach(90.0, 400.0, None)));
-    for case in CASES.iter().chain([&beyond]).chain(&BUILT[5..]) {
-        let Case {
-            name, robot, reach, ..
-        } = case;
+    let all = CASES.iter().chain([&beyond]).chain(&BUILT[5..]);
+    for (name, robot, reach) in all.map(|own| (own.name, &own.robot, &own.reach)) {
         let mut reached = 0;
         while reached < 5_000 {
             let q = [(); 3].map(|()| reach.limits.at(f64::from(rng.next_u32()) / 2f64.powi(32)));

@@ -17,6 +17,8 @@ import scipy
 from scipy.optimize import fsolve, least_squares
 
 DEGREE = np.pi / 180
+# MINPACK's tolerances at their limit.
+EXACTLY = {"method": "lm", "xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 10000}
 
 
 def basis(p):
@@ -97,17 +99,7 @@ def optimum(nominal, xs, qs, noise, tolerance):
     result = nominal.copy()
     # Three runs from the previous end: the finite-difference Jacobian limits each.
     for _ in range(3):
-        fit = least_squares(
-            residual,
-            result,
-            jac="3-point",
-            method="lm",
-            x_scale=scale,
-            xtol=1e-15,
-            ftol=1e-15,
-            gtol=1e-15,
-            max_nfev=10000,
-        )
+        fit = least_squares(residual, result, jac="3-point", x_scale=scale, **EXACTLY)
         result = fit.x
     # One Gauss-Newton step more, with central differences of a fixed size.
     step = scale * 1e-6

@@ -16,7 +16,7 @@ Numbers are stored as the bits of IEEE doubles; `noise` is sx, sy, sz and sq.
 
 import numpy as np
 import scipy
-from generate import DEGREE, basis, bits, bits_of, elbow, elbow_derivative, write
+from generate import DEGREE, EXACTLY, basis, bits, bits_of, elbow, elbow_derivative, write
 from scipy.optimize import fsolve, least_squares
 
 ARM = np.array([100.0] * 3 + [1.0] * 2 + [100.0] * 3)
@@ -129,17 +129,7 @@ def optimum(nominal, xs, joints, whiten, tolerance):
     result = start
     # Three runs from the previous end: central differences limit each.
     for _ in range(3):
-        result = least_squares(
-            residual,
-            result,
-            jac=derivative,
-            method="lm",
-            x_scale=SCALE,
-            xtol=1e-15,
-            ftol=1e-15,
-            gtol=1e-15,
-            max_nfev=10000,
-        ).x
+        result = least_squares(residual, result, jac=derivative, x_scale=SCALE, **EXACTLY).x
     # One Gauss-Newton step more.
     j = derivative(result) * SCALE
     result = result - SCALE * np.linalg.lstsq(j, residual(result), rcond=None)[0]

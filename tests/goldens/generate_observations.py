@@ -53,7 +53,7 @@ after them if it has one; R and t are not stored. `numbers` are g, c1, s1, c2, s
 
 import numpy as np
 import scipy
-from generate import DEGREE, basis, bits, bits_of, elbow, write
+from generate import DEGREE, EXACTLY, basis, bits, bits_of, elbow, write
 from scipy.optimize import least_squares
 
 PARAMETERS = np.tile([100.0] * 3 + [1.0] * 2 + [100.0] * 3, 3)
@@ -266,17 +266,7 @@ class Problem:
     def descend(self, start):
         """The optimum from a start, the covariance there and the Gauss-Newton step left, in sigmas."""
         scale = self.scale()
-        result = least_squares(
-            self.residual,
-            start,
-            jac=self.jacobian,
-            method="lm",
-            x_scale=scale,
-            xtol=1e-15,
-            ftol=1e-15,
-            gtol=1e-15,
-            max_nfev=10000,
-        ).x
+        result = least_squares(self.residual, start, jac=self.jacobian, x_scale=scale, **EXACTLY).x
         # MINPACK stops at the rounding of the cost, Gauss-Newton steps at that of the gradient.
         for _ in range(5):
             j = self.jacobian(result) * scale

@@ -1,5 +1,6 @@
 //! The code of docs/board.md is a crate of its own, with the dependencies that the page lists.
 
+use crate::target::directory;
 use delta_cal_verify::{TARGET, cargo, have};
 use std::path::Path;
 
@@ -49,8 +50,9 @@ fn its_code_compiles_with_what_it_lists() {
         (embassy, code.to_owned() + &tasks, of_pico),
     ] {
         let folder = tempfile::tempdir().expect("a folder");
-        let package =
-            "[package]\nname = \"board\"\nversion = \"0.1.0\"\nedition = \"2024\"\n[workspace]\n";
+        // With the workspace's profile most dependencies are there already.
+        let package = "[workspace]\n[profile.dev]\ndebug = false\nincremental = false\n\
+                       [package]\nname = \"board\"\nversion = \"0.1.0\"\nedition = \"2024\"\n";
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);
             std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
@@ -62,6 +64,6 @@ fn its_code_compiles_with_what_it_lists() {
         let manifest = folder.path().join("Cargo.toml");
         let manifest = manifest.to_str().expect("a path");
         let check = ["check", "--target", TARGET, "--manifest-path", manifest];
-        cargo(&root.join("target/firmware"), &check).expect("it compiles");
+        cargo(&directory(""), &check).expect("it compiles");
     }
 }

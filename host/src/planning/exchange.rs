@@ -13,6 +13,10 @@ const PASSES: usize = 40;
 /// An exchange must improve the criterion by at least this fraction.
 const WORTHWHILE: f64 = 1e-9;
 
+/// Updates of the additions keep the rounding errors of the larger numbers from which they started: after a pass that has
+/// brought the criterion below this part of its value then, they are computed anew.
+const FRESH: f64 = 0.5;
+
 /// A column for each of a candidate's readings, with an entry for each unknown.
 pub(super) type Rows<const R: usize> = OMatrix<f64, Dyn, Const<R>>;
 
@@ -72,34 +76,35 @@ impl<const R: usize> Pool<R> {
 
     /// Exchanges until nothing improves.
     pub(super) fn exchange(&self, mut set: Set) -> Set {
-        for _ in 0..PASSES {
-            // Recomputed in every pass: updates accumulate rounding errors.
-            let mut additions = self.additions(&set);
-            let mut bettered = false;
-            for place in 0..set.chosen.len() {
-                halt::check();
-                let threshold = set.value * (1.0 - WORTHWHILE);
-                let best = self.best(&set, &additions, place);
-                let Some((candidate, _)) = best.filter(|(_, value)| *value < threshold) else {
-                    continue;
-                };
-                let mut chosen = set.chosen.clone();
-                let removed = std::mem::replace(&mut chosen[place], candidate);
-                // Recomputed from the rows, for the same reason.
-                let exchanged = self.set(chosen);
-                let Some(exchanged) = exchanged.filter(|own| own.value < threshold) else {
-                    continue;
-                };
-                let updated = self.update(&mut additions, &set, candidate, removed);
-                if updated.is_none() {
-                    additions = self.additions(&exchanged);
-                }
-                set = exchanged;
-                bettered = true;
-            }
-            if !bettered {
+        let count = set.chosen.len();
+        let (mut additions, mut computed, mut settled) = (Vec::new(), f64::INFINITY, 0);
+        for place in (0..count).cycle().take(PASSES * count) {
+            if settled == count {
                 break;
             }
+            if place == 0 && !(set.value > FRESH * computed) {
+                (additions, computed) = (self.additions(&set), set.value);
+            }
+            halt::check();
+            settled += 1;
+            let threshold = set.value * (1.0 - WORTHWHILE);
+            let best = self.best(&set, &additions, place);
+            let Some((candidate, _)) = best.filter(|(_, value)| *value < threshold) else {
+                continue;
+            };
+            let mut chosen = set.chosen.clone();
+            let removed = std::mem::replace(&mut chosen[place], candidate);
+            let exchanged = self.set(chosen);
+            let Some(exchanged) = exchanged.filter(|own| own.value < threshold) else {
+                continue;
+            };
+            let updated = self.update(&mut additions, &set, candidate, removed);
+            set = exchanged;
+            if updated.is_none() {
+                (additions, computed) = (self.additions(&set), set.value);
+            }
+            // Beside the others, nothing is better in this place.
+            settled = 1;
         }
         set
     }

@@ -18,19 +18,39 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
+use std::sync::{LazyLock, OnceLock};
 
 struct Case {
     name: &'static str,
     robot: Robot<f64>,
     reach: Reach,
+    workspaces: [OnceLock<Workspace>; 2],
 }
+
+/// Several tests share what takes seconds.
+static CASES: LazyLock<Vec<Case>> = LazyLock::new(cases);
+static BUILT: LazyLock<Vec<Case>> = LazyLock::new(built);
 
 impl Case {
     const fn new((name, robot, reach): (&'static str, Robot<f64>, Reach)) -> Self {
-        Self { name, robot, reach }
+        Self {
+            name,
+            robot,
+            reach,
+            workspaces: [const { OnceLock::new() }; 2],
+        }
     }
 
-    /// The workspace from about this many lines across its longest side.
+    /// The workspace from about 30 lines across its longest side.
+    fn coarse(&self) -> &Workspace {
+        self.workspaces[0].get_or_init(|| self.workspace(30.0))
+    }
+
+    /// From 60.
+    fn fine(&self) -> &Workspace {
+        self.workspaces[1].get_or_init(|| self.workspace(60.0))
+    }
+
     fn workspace(&self, lines: f64) -> Workspace {
         let coarse = Options {
             tolerance: 1.0,
@@ -138,8 +158,7 @@ fn a_tolerance_below_rounding_ends() {
 #[test]
 fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
     let (mut points, mut kinds) = (0, BTreeSet::new());
-    let towers = built().into_iter().skip(5);
-    for case in cases().into_iter().chain(towers) {
+    for case in CASES.iter().chain(&BUILT[5..]) {
         let workspace = case.workspace(40.0);
         let leads_to = |x: &Vector3<f64>| {
             let joints = case.reach.any_joints(&case.robot, x);
@@ -182,15 +201,15 @@ fn bisected(holds: impl Fn(f64) -> bool, mut a: f64, mut b: f64) -> f64 {
 fn every_position_of_the_forward_model_is_reachable_and_joints_lead_back_to_it() {
     let mut rng = Pcg32::seed_from_u64(1);
     let beyond = Case::new(("beyond a half turn", paper(), reach(90.0, 400.0, None)));
-    let towers = built().into_iter().skip(5);
-    for Case { name, robot, reach } in cases().into_iter().chain([beyond]).chain(towers) {
+    let all = CASES.iter().chain([&beyond]).chain(&BUILT[5..]);
+    for (name, robot, reach) in all.map(|own| (own.name, &own.robot, &own.reach)) {
         let mut reached = 0;
         while reached < 5_000 {
             let q = [(); 3].map(|()| reach.limits.at(f64::from(rng.next_u32()) / 2f64.powi(32)));
-            if let Ok(x) = reach.position(&robot, &q) {
+            if let Ok(x) = reach.position(robot, &q) {
                 reached += 1;
-                let joints = reach.any_joints(&robot, &x);
-                let back = joints.and_then(|q| reach.position(&robot, &q)).unwrap();
+                let joints = reach.any_joints(robot, &x);
+                let back = joints.and_then(|q| reach.position(robot, &q)).unwrap();
                 assert!((back - x).norm() < 1e-5, "{name}: {x:?} {back:?}");
             }
         }
@@ -233,7 +252,7 @@ fn the_volume_is_that_of_the_forward_sweep() {
         ),
     ] {
         let case = Case::new(("swept", robot, reach(-50.0, 80.0, forearm)));
-        let volume = case.workspace(60.0).volume();
+        let volume = case.fine().volume();
         let (expected, sigma) = swept(&case, size(150_000, 400_000), &mut rng);
         let off = (volume.litres - expected).abs();
         // Four σ: a chance of 6e-5 per robot.
@@ -245,8 +264,8 @@ fn the_volume_is_that_of_the_forward_sweep() {
 
 #[test]
 fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
-    for case in cases() {
-        let [coarse, fine] = [30.0, 60.0].map(|lines| case.workspace(lines).volume());
+    for case in CASES.iter() {
+        let [coarse, fine] = [case.coarse(), case.fine()].map(Workspace::volume);
         let off = (coarse.litres - fine.litres).abs();
         let stated = 2.0 * coarse.uncertainty_litres + fine.uncertainty_litres;
         assert!(off <= stated, "{}: {off}", case.name);
@@ -269,9 +288,9 @@ fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f
 
 #[test]
 fn every_point_of_a_cylinder_is_inside_and_a_larger_one_is_not() {
-    for case in cases() {
-        let (workspace, name) = (case.workspace(60.0), &case.name);
-        let cylinders = cylinders(&workspace);
+    for case in CASES.iter() {
+        let (workspace, name) = (case.fine(), &case.name);
+        let cylinders = cylinders(workspace);
         let size = workspace.grid.spacing * 60.0;
         assert!(!cylinders.is_empty(), "{name}");
         for cylinder in cylinders[..1]
@@ -302,8 +321,8 @@ fn every_point_of_a_cylinder_is_inside_and_a_larger_one_is_not() {
 /// Errors of predicted displacements, grouped by kind of surface. The reference is the boundary of a robot with one
 /// parameter changed, found by bisection along the normals.
 fn note_errors(case: &Case, all: &mut BTreeMap<String, Vec<f64>>) {
-    let workspace = case.workspace(30.0);
-    let influence = Influence::of(&workspace);
+    let workspace = case.coarse();
+    let influence = Influence::of(workspace);
     let places = case.robot.drive().places();
     let stride = (workspace.points.len() / 60).max(1);
     let (mut tried, mut at_an_edge) = (0, 0);
@@ -359,9 +378,8 @@ fn note_errors(case: &Case, all: &mut BTreeMap<String, Vec<f64>>) {
 #[test]
 fn predicted_displacements_are_those_of_recomputed_boundaries() {
     let mut all = BTreeMap::new();
-    let towers = built().into_iter().skip(5);
-    for case in cases().into_iter().chain(towers) {
-        note_errors(&case, &mut all);
+    for case in CASES.iter().chain(&BUILT[5..]) {
+        note_errors(case, &mut all);
     }
     for (kind, offs) in &mut all {
         offs.sort_by(f64::total_cmp);
@@ -374,11 +392,11 @@ fn predicted_displacements_are_those_of_recomputed_boundaries() {
 
 #[test]
 fn the_tolerance_band_is_that_of_robots_drawn_from_it() {
-    let case = &cases()[0];
-    let workspace = case.workspace(30.0);
-    let influence = Influence::of(&workspace);
+    let case = &CASES[0];
+    let workspace = case.coarse();
+    let influence = Influence::of(workspace);
     let tolerance = Tolerance::new(0.5, 0.2_f64.to_radians()).unwrap();
-    let band = influence.within(&workspace, &tolerance);
+    let band = influence.within(workspace, &tolerance);
     let mut rng = Pcg32::seed_from_u64(3);
     let options = Options {
         tolerance: 1e-3,
@@ -412,11 +430,11 @@ fn volume_of_stl(stl: &[u8]) -> f64 {
 
 #[test]
 fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
-    let thin_or_wide = cases().into_iter().map(|case| (case, false));
-    let built = built().into_iter().map(|case| (case, true));
+    let thin_or_wide = CASES.iter().map(|case| (case, false));
+    let built = BUILT.iter().map(|case| (case, true));
     for (case, usual) in thin_or_wide.chain(built) {
-        let (workspace, name) = (case.workspace(30.0), &case.name);
-        let mesh = Mesh::of(&workspace);
+        let (workspace, name) = (case.coarse(), &case.name);
+        let mesh = Mesh::of(workspace);
         let mut edges: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for [a, b, c] in &mesh.0 {
             for edge in [(*a, *b), (*b, *c), (*c, *a)] {
@@ -433,7 +451,7 @@ fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
             !usual || edges.values().all(|uses| *uses == 1),
             "{name}: branches"
         );
-        let stl = mesh.to_stl(&workspace, &Convention::usual(Drive::Rotary));
+        let stl = mesh.to_stl(workspace, &Convention::usual(Drive::Rotary));
         assert_eq!(stl.len(), 84 + 50 * mesh.0.len());
         assert!(!stl.starts_with(b"solid"), "that is how ASCII files begin");
         let (inside, volume) = (volume_of_stl(&stl) * 1e-6, workspace.volume());

@@ -142,7 +142,7 @@ pub(crate) const WEB: Stage = Stage {
         "npm ci --prefix bindings/web --no-audit --no-fund",
         "node bindings/web/build.mjs",
         "npm run --silent check --prefix bindings/web",
-        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
+        "cargo test --quiet --no-run --package delta-cal-host --test it",
         r#"
 tar -czf "$release/delta-cal-page.tar.gz" -C bindings/web dist
 cp bindings/web/delta-cal.html "$release"
@@ -159,7 +159,7 @@ pub(crate) const PYTHON: Stage = Stage {
     about: "the Python package: clippy, source archive, wheel from it, its tests, types, examples",
     commands: &[
         "cargo clippy --quiet --package delta-cal-python --all-targets -- --deny warnings",
-        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
+        "cargo test --quiet --no-run --package delta-cal-host --test it",
         r#"
 test -s "$release/THIRD-PARTY.txt" || papers
 cp LICENSE-* "$release/THIRD-PARTY.txt" bindings/python

@@ -237,18 +237,6 @@ fn by_causes(
     f64::max(causes.position_error / sigma(&inside), relative)
 }
 
-/// The solution, if the readings agree with the stated noise and tolerance.
-pub(crate) fn agreeing(case: &Case<'_>) -> Option<Solution> {
-    let solution = solve(case.robot, case.readings, &case.options).ok()?;
-    if is_understated(&solution) {
-        return None;
-    }
-    match judged(case, solution.clone(), None) {
-        Err(Objection::Worse(..)) => Some(solution),
-        judged => judged.ok().map(|own| own.solution),
-    }
-}
-
 /// Whether the residuals contradict a stated noise.
 pub(crate) fn is_understated(solution: &Solution) -> bool {
     let mut tests = solution.noise.iter().filter_map(NoiseTest::of);

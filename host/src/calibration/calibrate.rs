@@ -2,13 +2,11 @@
 
 use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
-use super::tilt::explained_by_rods;
 use crate::accuracy::rigid_motion::degenerate;
-use crate::diagnosis::{
-    Diagnosis, FEWEST, MOST_WRONG, beside_the_platform_point, commanded, diagnose, shifted_rows,
-    wrong_rows,
+use crate::explain::{
+    Diagnosis, FEWEST, Found, MOST_WRONG, beside_the_platform_point, commanded, diagnose,
+    explained_by_rods, mistake, search, shifted, shifted_rows,
 };
-use crate::explain::{Found, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, Reading, Readings};
@@ -137,7 +135,8 @@ fn refused(
         _ => by_one()
             .or_else(|| explained_by_rods(case))
             .or_else(|| Some(beside_the_platform_point(case)?.text))
-            .or_else(|| wrong_rows(case)),
+            .or_else(|| mistake(case, found))
+            .or_else(|| shifted(case)),
     });
     explained(case, objection, hint.flatten(), diagnosis)
 }

@@ -2,8 +2,8 @@
 
 use super::tilt::of_rods;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
-use crate::diagnosis::{Diagnosis, beside_the_platform_point, shifted_rows};
 use crate::effects::{EffectKind, misplaced};
+use crate::explain::{Diagnosis, beside_the_platform_point, shifted_rows};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
 use crate::finding::{Finding, note, warning};

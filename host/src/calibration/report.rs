@@ -2,18 +2,17 @@
 //! degrees; docs/calibration.schema.json documents the keys.
 
 use super::findings::findings;
-pub use super::tilt::{RodsReport, TiltReport, UnknownRods};
-use super::tilt::{tilt, unknown_rods};
 use crate::accuracy::budget::{Contribution, budget};
 use crate::accuracy::expanded::{COVERAGE, Spread, of_vectors};
 use crate::accuracy::improvement::WorkspaceComparison;
 pub use crate::accuracy::position_error::BeforeAfter;
 use crate::accuracy::repeats::{Attained, Repeatability};
 use crate::accuracy::rigid_motion::{RigidMotions, moved};
+pub use crate::accuracy::tilt::{RodsReport, TiltReport, UnknownRods};
+use crate::accuracy::tilt::{tilt, unknown_rods};
 use crate::accuracy::uncertainty::ExpectedError;
-use crate::diagnosis::Diagnosis;
 use crate::effects::{EffectKind, Estimated, Places, PlaneFound, PointFound};
-use crate::explain::Causes;
+use crate::explain::{Causes, Diagnosis};
 use crate::files::convention::Convention;
 use crate::files::document::Document;
 use crate::files::robot_file::{RobotFile, Target};

@@ -3,13 +3,13 @@
 //! named. Nothing is ever corrected.
 
 use super::fault::{COORDINATES, Fault, Files};
+use super::search::{Found, explains};
 use crate::accuracy::quantiles::median;
 use crate::accuracy::rigid_motion::degenerate;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
-use crate::fit::{Case, Frame, Options};
+use crate::files::samples_file::{Kind, Readings};
+use crate::fit::{Case, Frame, Options, solve};
 use crate::geometry::outside_limits;
-use crate::judge::attempt;
 use crate::order;
 use crate::text::{capitalised, list, significant};
 use delta_cal::Sample;
@@ -296,26 +296,45 @@ impl Evidence<'_> {
 
     /// The median error of a calibration of the files without the fault, mm.
     fn calibrated(&self, fault: &Fault) -> Option<f64> {
-        let values: Vec<_> = fault.undone(&self.samples).collect();
         let file = self.files.robot;
         let robot = file.with_robot(&fault.robot(&file.robot)?);
-        let mut readings = self.files.readings.clone();
-        if fault.rows_below != 0 {
-            readings.rows.truncate(values.len());
-        }
-        let rows = readings.rows.iter_mut();
-        let complete = rows.filter(|row| row.value.sample().is_some());
-        for (row, value) in complete.zip(values) {
-            row.value.joints = value.joints;
-            row.value.position = value.position.data.0[0].map(Some);
-        }
+        let readings = fault.undone_in(self.files.readings);
         let options = Options {
             frame: fault.frame,
             ..*self.options
         };
-        let judged = attempt(&Case::new(&robot, &readings, options), None).ok()?;
-        Some(fault.unit * judged.errors?.after.median)
+        let solution = solve(&robot, &readings, &options).ok()?;
+        let distances = readings.samples().map(|row| {
+            let place = solution.robot.forward(&row.value.joints).ok();
+            place.map_or(f64::INFINITY, |place| {
+                let frame = solution.places.frame;
+                let seen = frame.map_or(place, |own| own.apply(&place));
+                (row.value.position - seen).norm()
+            })
+        });
+        Some(fault.unit * median(distances)?)
     }
+}
+
+/// The mistake in all rows without which heights and distances agree with the robot of the file, and its remedy.
+pub(crate) fn mistake(case: &Case<'_>, found: Option<&Found>) -> Option<String> {
+    if case.readings.holds(Kind::Position) {
+        return None;
+    }
+    let (robot, readings) = (case.robot, case.readings);
+    let files = Files { robot, readings };
+    let faults = files.of_other_readings();
+    let scored = faults.filter_map(|fault| {
+        let undone = fault.undone_in(readings);
+        let changed = Case {
+            readings: &undone,
+            ..*case
+        };
+        let score = (undone != *readings).then(|| explains(&changed, found))??;
+        Some((score, fault))
+    });
+    let (_, best) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!("{}: {}.", capitalised(&best.cause), best.remedy))
 }
 
 /// Coordinates that are where the robot of the file is, and not where it was measured: they agree with it ten times

@@ -7,7 +7,7 @@ use crate::fit::Frame;
 use crate::text::list;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::{Parameter, Robot, Sample};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
 /// No robot has shorter forearms, mm: the file's lengths are then in a larger unit.
@@ -20,6 +20,8 @@ pub(super) struct Fault {
     joints: Matrix3<f64>,
     /// From the file's positions to those of the robot's frame.
     positions: Matrix3<f64>,
+    /// Factors of heights and of distances.
+    others: [f64; 2],
     /// Rows by which each position stands below the joints that it belongs to.
     pub(super) rows_below: isize,
     /// Two arms whose upper arms and forearms are exchanged in the robot file.
@@ -120,6 +122,7 @@ impl Fault {
         Self {
             joints: Matrix3::identity(),
             positions: Matrix3::identity(),
+            others: [1.0; 2],
             rows_below: 0,
             arms: None,
             limits: false,
@@ -135,6 +138,7 @@ impl Fault {
         Self {
             joints: self.joints * other.joints,
             positions: self.positions * other.positions,
+            others: [0, 1].map(|kind| self.others[kind] * other.others[kind]),
             rows_below: self.rows_below + other.rows_below,
             arms: self.arms.or(other.arms),
             limits: self.limits || other.limits,
@@ -153,9 +157,32 @@ impl Fault {
         };
         let rows = from(-self.rows_below).zip(from(self.rows_below));
         rows.map(|(joints, position)| Sample {
-            joints: (self.joints * nalgebra::Vector3::from(joints.joints)).into(),
+            joints: (self.joints * Vector3::from(joints.joints)).into(),
             position: self.positions * position.position,
         })
+    }
+
+    /// The readings without the fault.
+    pub(super) fn undone_in(&self, readings: &Readings) -> Readings {
+        let samples: Vec<_> = readings.samples().map(|row| row.value).collect();
+        let mut values = self.undone(&samples);
+        let mut found = readings.clone();
+        if self.rows_below != 0 {
+            found.rows.pop();
+        }
+        for row in &mut found.rows {
+            let own = &mut row.value;
+            let sample = own.sample().and_then(|_| values.next());
+            let [heights, distances] = self.others;
+            own.height = own.height.map(|(plane, by)| (plane, heights * by));
+            own.distance = own.distance.map(|(from, by)| (from, distances * by));
+            own.each_pose(|joints| (self.joints * Vector3::from(joints)).into());
+            if let Some(sample) = sample {
+                own.joints = sample.joints;
+                own.position = sample.position.data.0[0].map(Some);
+            }
+        }
+        found
     }
 
     /// The robot without the fault: La_x, La_y and Lb (scale and Lb of linear drives) of two arms are exchanged; D, θ
@@ -257,6 +284,43 @@ impl Files<'_> {
             shifted.to_vec(),
             vec![limits],
         ]
+    }
+
+    /// Those that heights and distances show, which say little of the robot's place.
+    pub(super) fn of_other_readings(&self) -> impl Iterator<Item = Fault> {
+        let inch = LENGTHS[2].2;
+        let of_readings = [
+            ([-1.0, 1.0], "the heights have the wrong sign", "change it"),
+            (
+                [inch, 1.0],
+                "the heights are in inches",
+                "name their column height_in",
+            ),
+            (
+                [1.0, inch],
+                "the distances are in inches",
+                "name their column distance_in",
+            ),
+        ];
+        let of_readings = of_readings.map(|(others, cause, remedy)| Fault {
+            others,
+            cause: cause.to_owned(),
+            remedy: remedy.to_owned(),
+            ..Fault::none(Frame::Base)
+        });
+        let exchanged = EXCHANGED.map(|order| {
+            let words = self.order(order, Frame::Base);
+            (reordered(order, [1.0; 3]), words)
+        });
+        let reversed = (-Matrix3::identity(), self.reversed([true; 3]));
+        let of_joints = exchanged.into_iter().chain([reversed]);
+        let of_joints = of_joints.map(|(joints, [cause, remedy])| Fault {
+            joints,
+            cause,
+            remedy,
+            ..Fault::none(Frame::Base)
+        });
+        of_readings.into_iter().chain(of_joints)
     }
 
     /// Two faults of different kinds.

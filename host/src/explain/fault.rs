@@ -53,48 +53,6 @@ const LENGTHS: [(Unit, &str, f64); 5] = [
     (Unit::Micrometre, "micrometres", 1e-3),
 ];
 
-/// Unit of the positions, or of the robot's lengths.
-struct LengthUnit {
-    /// Factor for the positions.
-    factor: f64,
-    /// The unit in the header.
-    says: &'static str,
-    /// The positions' unit under this hypothesis; `None` if the robot file is wrong.
-    positions: Option<&'static str>,
-    /// The unit of the robot file's lengths under this hypothesis.
-    robot: Option<&'static str>,
-}
-
-/// The hypotheses for positions whose header has this unit.
-fn length_units(header: Option<Unit>) -> Vec<LengthUnit> {
-    let mut header = LENGTHS.into_iter().filter(|own| Some(own.0) == header);
-    let Some((unit, says, written)) = header.next() else {
-        return Vec::new();
-    };
-    let others = LENGTHS.into_iter().filter(|own| own.0 != unit);
-    let mut all: Vec<_> = others
-        .map(|(_, name, read)| LengthUnit {
-            factor: read / written,
-            says,
-            positions: Some(name),
-            robot: None,
-        })
-        .collect();
-    for (name, factor) in [("metres", 1e-3), ("inches", 1.0 / 25.4)] {
-        let same = |own: &&mut LengthUnit| (own.factor / factor - 1.0).abs() < 1e-9;
-        match all.iter_mut().find(same) {
-            Some(own) => own.robot = Some(name),
-            None => all.push(LengthUnit {
-                factor,
-                says,
-                positions: None,
-                robot: Some(name),
-            }),
-        }
-    }
-    all
-}
-
 /// All non-empty subsets of the three.
 fn subsets() -> impl Iterator<Item = [bool; 3]> {
     (1_usize..8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0])
@@ -246,15 +204,6 @@ impl Files<'_> {
             positions: reordered(order, signs),
             ..fault(self.axes(order, signs, frame))
         });
-        let lengths = length_units(self.readings.positions_in).into_iter();
-        let lengths = lengths.map(|unit| Fault {
-            positions: Matrix3::from_diagonal_element(unit.factor),
-            unit: match unit.robot {
-                Some(_) if self.is_in_metres() => 1.0 / unit.factor,
-                _ => 1.0,
-            },
-            ..fault(self.length(&unit))
-        });
         let arms = [[0, 1], [0, 2], [1, 2]].map(|arms| Fault {
             arms: Some(arms),
             ..fault(self.arms(arms))
@@ -279,7 +228,7 @@ impl Files<'_> {
             reversed.collect(),
             angles.collect(),
             axes.collect(),
-            lengths.collect(),
+            self.lengths(frame),
             arms.to_vec(),
             shifted.to_vec(),
             vec![limits],
@@ -289,23 +238,20 @@ impl Files<'_> {
     /// Those that heights and distances show, which say little of the robot's place.
     pub(super) fn of_other_readings(&self) -> impl Iterator<Item = Fault> {
         let inch = LENGTHS[2].2;
+        let name = |column| format!("name the column {column}");
         let of_readings = [
-            ([-1.0, 1.0], "the heights have the wrong sign", "change it"),
             (
-                [inch, 1.0],
-                "the heights are in inches",
-                "name their column height_in",
+                [-1.0, 1.0],
+                "heights have the wrong sign",
+                "change it".to_owned(),
             ),
-            (
-                [1.0, inch],
-                "the distances are in inches",
-                "name their column distance_in",
-            ),
+            ([inch, 1.0], "heights are in inches", name("height_in")),
+            ([1.0, inch], "distances are in inches", name("distance_in")),
         ];
         let of_readings = of_readings.map(|(others, cause, remedy)| Fault {
             others,
-            cause: cause.to_owned(),
-            remedy: remedy.to_owned(),
+            cause: format!("the {cause}"),
+            remedy,
             ..Fault::none(Frame::Base)
         });
         let exchanged = EXCHANGED.map(|order| {
@@ -510,38 +456,39 @@ impl Files<'_> {
         [cause, remedy]
     }
 
-    fn length(&self, unit: &LengthUnit) -> [String; 2] {
+    /// Positions in another unit than that of their header, or lengths of the robot in another than millimetres; what is
+    /// likelier first.
+    fn lengths(&self, frame: Frame) -> Vec<Fault> {
+        let header = |own: &&(Unit, &str, f64)| Some(own.0) == self.readings.positions_in;
+        let Some((unit, says, written)) = LENGTHS.iter().find(header) else {
+            return Vec::new();
+        };
         let (robot, samples) = (&self.robot.name, &self.readings.name);
-        let positions = unit.positions.map(|name| {
-            let remedy = match name {
+        let others = LENGTHS.iter().filter(|own| own.0 != *unit);
+        let positions = others.map(|(_, name, read)| Fault {
+            positions: Matrix3::from_diagonal_element(read / written),
+            cause: format!("the positions are in {name}, but the header says {says}"),
+            remedy: match *name {
                 "metres" => format!("name the columns of {samples} x_m,y_m,z_m"),
                 "millimetres" => format!("name the columns of {samples} x_mm,y_mm,z_mm"),
                 _ => format!("convert the positions of {samples} to millimetres"),
-            };
-            let cause = format!(
-                "the positions are in {name}, but the header says {}",
-                unit.says
-            );
-            [cause, remedy]
+            },
+            ..Fault::none(frame)
         });
-        let lengths = unit.robot.map(|name| {
-            [
-                format!("the lengths in {robot} are in {name}, not millimetres"),
-                format!("convert the lengths in {robot} to millimetres"),
-            ]
+        let [arm, ..] = self.robot.robot.arms();
+        let is_small = arm.lb() < LEAST_FOREARM;
+        let lengths = [LENGTHS[0], LENGTHS[2]].map(|(_, name, by)| Fault {
+            positions: Matrix3::from_diagonal_element(1.0 / by),
+            unit: if is_small { by } else { 1.0 },
+            cause: format!("the lengths in {robot} are in {name}, not millimetres"),
+            remedy: format!("convert the lengths in {robot} to millimetres"),
+            ..Fault::none(frame)
         });
-        let mut both = [positions, lengths];
-        if self.is_in_metres() {
-            both.reverse();
+        if is_small {
+            lengths.into_iter().chain(positions).collect()
+        } else {
+            positions.chain(lengths).collect()
         }
-        let both = both.into_iter().flatten();
-        both.reduce(|[cause, remedy], [or, remedy_or]| {
-            [
-                format!("{cause}, or {or}"),
-                format!("{remedy}, or {remedy_or}"),
-            ]
-        })
-        .unwrap_or_default()
     }
 
     fn arms(&self, [first, second]: [usize; 2]) -> [String; 2] {
@@ -566,12 +513,6 @@ impl Files<'_> {
                  {positive} the platform)"
             ),
         ]
-    }
-
-    /// Whether the robot is too small for its lengths to be millimetres.
-    fn is_in_metres(&self) -> bool {
-        let [arm, ..] = self.robot.robot.arms();
-        arm.lb() < LEAST_FOREARM
     }
 
     fn angle_unit(&self) -> &'static str {

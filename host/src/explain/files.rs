@@ -45,6 +45,8 @@ const AS_STATED: f64 = 1e-4;
 const COMPARED: usize = 64;
 /// One sample in this many may be outside the joint limits: a mistyped digit.
 const ONE_OUTSIDE_IN: usize = 8;
+/// Most rows of which each is left out in turn.
+const ROWS_TRIED: usize = 100;
 /// Most explanations named; others that are as good are only counted.
 const NAMED: usize = 4;
 
@@ -316,25 +318,31 @@ impl Evidence<'_> {
     }
 }
 
-/// The mistake in all rows without which heights and distances agree with the robot of the file, and its remedy.
+/// The mistake in all rows without which heights and distances agree with the robot of the file; or, if nothing fits all
+/// rows, the row without which the others do. In a sentence, with the remedy.
 pub(crate) fn mistake(case: &Case<'_>, found: Option<&Found>) -> Option<String> {
-    if case.readings.holds(Kind::Position) {
-        return None;
-    }
     let (robot, readings) = (case.robot, case.readings);
     let files = Files { robot, readings };
     let faults = files.of_other_readings();
-    let scored = faults.filter_map(|fault| {
-        let undone = fault.undone_in(readings);
-        let changed = Case {
-            readings: &undone,
+    let faults = faults.filter(|_| !readings.holds(Kind::Position));
+    let undone = faults.map(|own| (own.undone_in(readings), own.cause, own.remedy));
+    let is_single = found.is_none() && readings.rows.len() <= ROWS_TRIED;
+    let rows = (0..readings.rows.len()).filter(|_| is_single).map(|row| {
+        let mut others = readings.clone();
+        let line = others.rows.remove(row).line;
+        let cause = format!("line {line} disagrees with all others");
+        (others, cause, "measure it again or delete it".to_owned())
+    });
+    let scored = undone.chain(rows).filter_map(|(changed, cause, remedy)| {
+        let other = Case {
+            readings: &changed,
             ..*case
         };
-        let score = (undone != *readings).then(|| explains(&changed, found))??;
-        Some((score, fault))
+        let score = (changed != *readings).then(|| explains(&other, found))??;
+        Some((score, cause, remedy))
     });
-    let (_, best) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(format!("{}: {}.", capitalised(&best.cause), best.remedy))
+    let (_, cause, remedy) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!("{}: {remedy}.", capitalised(&cause)))
 }
 
 /// Coordinates that are where the robot of the file is, and not where it was measured: they agree with it ten times

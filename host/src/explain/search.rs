@@ -16,8 +16,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 /// Chance that some hypothesis is accepted for a file without any fault, shared by this many kinds.
 const FALSE_ALARM: f64 = 0.003;
 const KINDS: f64 = 12.0;
-/// Hypotheses of each kind that are refitted.
+/// Hypotheses of each kind that are refitted; of a file with few rows, of which the first order tells less.
 const OF_EACH_KIND: usize = 2;
+const OF_FEW_ROWS: (usize, usize) = (24, 4);
 /// Most faults at once.
 const MOST: usize = 3;
 /// Sets of faults that are extended.
@@ -565,10 +566,16 @@ impl<'a> Search<'a> {
             .collect();
         let gains = kinds.iter().flatten().map(|own| own.0);
         let least = WORTHWHILE * gains.fold(0.0, f64::max);
+        let (few, of_few) = OF_FEW_ROWS;
+        let most = if self.rows > few {
+            OF_EACH_KIND
+        } else {
+            of_few
+        };
         for mut gains in kinds {
             gains.retain(|own| own.0 > least);
             order::sort_by(&mut gains, |own| -own.0);
-            for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
+            for (gain, hypothesis) in gains.into_iter().take(most) {
                 let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
                 let penalty = self.penalty(unknowns, self.alike(hypothesis.kind()));
                 if gain / variance > FIRST_ORDER * penalty

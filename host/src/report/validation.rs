@@ -1,11 +1,11 @@
 //! A [`Validation`] for the terminal, as a one-page certificate, and as JSON.
 
 use super::{Versioned, repeatability};
-use crate::calibration::report::{MANY, shown};
 use crate::explain::Step;
 use crate::files::document::Document;
 use crate::files::samples_file::Kind;
 use crate::fit::Frame;
+use crate::order::{MANY, shown};
 use crate::render::page::{self, figure};
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Part, Section, Table, terminal};

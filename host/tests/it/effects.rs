@@ -145,15 +145,11 @@ fn made(
 /// Achieved over stated errors, absolute and relative, over all rotary geometries. In a free frame nothing is absolute.
 #[test]
 fn what_is_off_by_its_sigma_is_in_the_stated_error() {
-    let env = |name: &str| std::env::var(name).ok().map(|own| own.parse::<usize>().unwrap());
-    let seeds = env("EFF_SEEDS").map_or(delta_cal_tests::size(3, 25), |own| own as u64);
-    for (which, case) in CASES.into_iter().enumerate() {
-        if env("EFF_CASE").is_some_and(|own| own != which) { continue; }
-        let mut by_geometry = vec![([0.0_f64; 2], [0.0_f64; 2], [0.0_f64; 2], 0.0_f64); 8];
+    let seeds = delta_cal_tests::size(3, 25);
+    for case in CASES {
         let (mut squares, mut number) = ([[0.0, 0.0]; 2], 0.0);
         let (mut refused, mut all) = (0, 0);
         for (index, file) in rotary(true).iter().enumerate() {
-            if env("EFF_GEO").is_some_and(|own| own != index) { continue; }
             for seed in 0..seeds {
                 let seed = 97 * seed + index as u64;
                 let (file, readings, truth) = made(&case, file, seed, (31, &[]));
@@ -171,28 +167,11 @@ fn what_is_off_by_its_sigma_is_in_the_stated_error() {
                 let errors = position_errors(&file.reach(), &poses, &report.after.robot, &truth);
                 number += 1.0;
                 let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
-                by_geometry[index].3 += 1.0;
-                for kind in 0..2 {
-                    by_geometry[index].0[kind] += errors[kind] / stated[kind].powi(2);
-                    by_geometry[index].1[kind] += errors[kind];
-                    by_geometry[index].2[kind] += stated[kind].powi(2);
-                }
-                if std::env::var("EFF_DUMP").is_ok() {
-                    let rows: Vec<_> = readings.rows.iter().map(|row| (row.value.joints, row.value.position.map(Option::unwrap))).collect();
-                    println!("DUMP {{\"geo\":{index},\"nominal\":{:?},\"truth\":{:?},\"found\":{:?},\"rows\":{},\"stated\":{stated:?},\"errors\":{errors:?},\"judged\":{:?}}}",
-                        file.robot.parameters(), truth.parameters(), report.after.robot.parameters(),
-                        format!("{rows:?}").replace('(', "[").replace(')', "]"), poses);
-                }
                 for kind in 0..2 {
                     squares[kind][0] += errors[kind] / stated[kind].powi(2);
                     squares[kind][1] += stated[kind] / stated[1];
                 }
             }
-        }
-        for (index, own) in by_geometry.iter().enumerate().filter(|own| own.1.3 > 0.0) {
-            let mean = [0, 1].map(|kind| f64::sqrt(own.0[kind] / own.3));
-            let pooled = [0, 1].map(|kind| f64::sqrt(own.1[kind] / own.2[kind]));
-            println!("GEO {} {index}: rms ratio {mean:.3?}, pooled {pooled:.3?}, {} robots", case.name, own.3);
         }
         let [absolute, relative] = squares.map(|own: [f64; 2]| f64::sqrt(own[0] / number));
         println!(

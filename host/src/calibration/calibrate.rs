@@ -133,10 +133,11 @@ fn refused(
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
         // Twelve numbers of the rods explain some of what a single cause does.
-        _ => by_one()
+        // A mistake in all rows looks like many wrong ones.
+        _ => mistake(case, found)
+            .or_else(by_one)
             .or_else(|| explained_by_rods(case))
             .or_else(|| Some(beside_the_platform_point(case)?.text))
-            .or_else(|| mistake(case, found))
             .or_else(|| shifted(case)),
     });
     explained(case, objection, hint.flatten(), diagnosis)

@@ -474,10 +474,7 @@ fn a_plate_that_moved_is_named_with_its_line() {
         for row in readings.rows.iter_mut().skip(15 + seed) {
             row.value.height = row.value.height.map(|(plane, own)| (plane, own + by));
         }
-        let said = match calibrate(&robot, &readings, &Options::default()) {
-            Ok(report) => report.warnings.join(" "),
-            Err(error) => error.remedy().unwrap_or_default(),
-        };
+        let (said, _) = said(&robot, &readings, Options::default());
         let line = format!("rom line {} on, all heights", 17 + seed);
         named += usize::from(said.contains(&line));
     }
@@ -487,7 +484,7 @@ fn a_plate_that_moved_is_named_with_its_line() {
 /// The file's forearms are 1.2 % too long: the robot can have such forearms, so they are named and no scale error is.
 #[test]
 fn a_wrong_length_of_the_file_is_named_and_no_cause() {
-    let (mut accepted, mut named) = (0, 0);
+    let mut named = 0;
     for geometry in 0..6 {
         let (mut file, readings, _) = made((geometry, 40), Frame::Base, geometry, Noise::InTheFile);
         let mut parameters = file.robot.parameters();
@@ -495,22 +492,15 @@ fn a_wrong_length_of_the_file_is_named_and_no_cause() {
             arm[7] *= 1.012;
         }
         file.robot = file.robot.with_parameters(parameters).unwrap();
-        let report = match calibrate(&file, &readings, &Options::default()) {
-            Ok(report) => report,
-            Err(error) => {
-                // With forearms hardly longer than the upper arms, the size explains it as well.
-                let remedy = error.remedy().unwrap_or_default();
-                named += usize::from(remedy.contains("the forearms are"));
-                continue;
-            }
-        };
-        let mut warnings = report.warnings.iter();
+        let (text, accepted) = said(&file, &readings, Options::default());
+        let own = text.contains("the forearms are");
+        named += usize::from(own);
+        // With forearms hardly longer than the upper arms, the size explains it as well, and it is refused.
+        assert!(own || accepted.is_none(), "{geometry}: {text}");
         assert!(
-            warnings.any(|own| own.contains("the forearms are")),
-            "{geometry}"
+            !text.contains("cannot represent this error"),
+            "{geometry}: {text}"
         );
-        accepted += 1;
-        assert_eq!(report.causes.found, [], "{geometry}");
     }
-    assert!(accepted + named >= 5, "{accepted} {named}");
+    assert!(named >= 5, "{named}");
 }

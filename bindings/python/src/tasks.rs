@@ -15,9 +15,7 @@ use delta_cal_host::halt::Steps;
 use delta_cal_host::planning::{
     self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Region, Wishes, labelled, plan_for,
 };
-use delta_cal_host::report::{
-    plan as plan_report, validation, workspace as workspace_report,
-};
+use delta_cal_host::report::{plan as plan_report, validation, workspace as workspace_report};
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
 use delta_cal_host::{Frame, InputText, Options, Planned};

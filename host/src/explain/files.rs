@@ -342,7 +342,7 @@ pub(crate) fn mistake(case: &Case<'_>, found: Option<&Found>) -> Option<String> 
         Some((score, cause, remedy))
     });
     let (_, cause, remedy) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(format!("{}: {remedy}.", capitalised(&cause)))
+    Some(format!("Probably {cause}: {remedy}."))
 }
 
 /// Coordinates that are where the robot of the file is, and not where it was measured: they agree with it ten times

@@ -8,4 +8,5 @@ pub mod position_error;
 pub(crate) mod quantiles;
 pub mod repeats;
 pub mod rigid_motion;
+pub mod tilt;
 pub mod uncertainty;

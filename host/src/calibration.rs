@@ -1,9 +1,8 @@
 //! From readings to a good calibration, or to the reasons why there is none.
 //!
 //! ```text
-//! RobotFile, Readings, Options ─→ fit ─→ Solution ─→ explain ─→ judge ─→ Judged ─→ findings ─→ Report
+//! RobotFile, Readings, Options ─→ explain ─→ fit ─→ Solution ─→ judge ─→ Judged ─→ findings ─→ Report
 //!                                                                  └→ Objection ─→ refusal, with the diagnosis
-//! and, whatever comes of it, diagnosis ─→ what is wrong with the file
 //! ```
 
 mod calibrate;

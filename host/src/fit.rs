@@ -6,8 +6,10 @@
 //!                                       └─────────────────────────────────────────┘
 //! ```
 
+pub(crate) mod checks;
 pub(crate) mod datum;
 mod estimators;
+pub(crate) mod instruments;
 pub(crate) mod jointly;
 pub mod observations;
 mod robust;

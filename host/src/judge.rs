@@ -237,18 +237,6 @@ fn by_causes(
     })
 }
 
-/// The solution, if the readings agree with the stated noise and tolerance.
-pub(crate) fn agreeing(case: &Case<'_>) -> Option<Solution> {
-    let solution = solve(case.robot, case.readings, &case.options).ok()?;
-    if is_understated(&solution) {
-        return None;
-    }
-    match judged(case, solution.clone(), None) {
-        Err(Objection::Worse(..)) => Some(solution),
-        judged => judged.ok().map(|own| own.solution),
-    }
-}
-
 /// Part of a parameter's weight that keeps those apart which move positions alike.
 const RIDGE: f64 = 1e-9;
 

@@ -30,7 +30,6 @@ pub mod cli;
 mod cores;
 #[cfg(feature = "device")]
 pub mod device;
-pub mod diagnosis;
 pub mod effects;
 pub mod explain;
 pub mod export;

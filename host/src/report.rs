@@ -2,7 +2,6 @@
 
 pub mod calibration;
 pub mod campaign;
-pub mod comparison;
 pub mod export;
 pub mod plan;
 pub mod printer;

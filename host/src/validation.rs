@@ -12,16 +12,14 @@ use crate::accuracy::expanded::of_vectors;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::repeats::{Attained, Repeatability};
 use crate::calibration::refusal::{CalibrateError, Refused};
-use crate::calibration::report::FrameReport;
 use crate::calibration::unused_rotations;
-use crate::diagnosis::{Diagnosis, diagnose};
 use crate::effects::orientations;
-use crate::explain::{Step, search};
+use crate::explain::{Diagnosis, Step, diagnose, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::datum::Datum;
-use crate::fit::jointly::of_platform_point;
+use crate::fit::instruments::FrameReport;
 use crate::fit::observations::is_stated;
 use crate::fit::{Case, Frame, Options};
 use crate::geometry::{NUMBERS, centroid};
@@ -31,7 +29,7 @@ use delta_cal::frame::RigidTransform;
 pub use interval::{Bounded, Deviation, RmsError, Verdict};
 use interval::{Read, largest, rms_error};
 use nalgebra::Vector3;
-use readings::{Deviations, deviations};
+use readings::{Deviations, at_platform_point, deviations};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
@@ -199,7 +197,7 @@ pub fn validate(
     }
     let known = known_frame(robot, request)?;
     let frame = known.map_or(Frame::Sensor, |_| Frame::Base);
-    let mut readings = of_platform_point(robot, readings, known);
+    let mut readings = at_platform_point(robot, readings, known)?;
     let (diagnosis, step) = explained(robot, &readings, known.as_ref());
     if let Some(step) = &step {
         readings.rows.truncate(step.row);

@@ -15,9 +15,7 @@ use delta_cal_host::halt::Steps;
 use delta_cal_host::planning::{
     self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Region, Wishes, labelled, plan_for,
 };
-use delta_cal_host::report::{
-    comparison, plan as plan_report, validation, workspace as workspace_report,
-};
+use delta_cal_host::report::{plan as plan_report, validation, workspace as workspace_report};
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
 use delta_cal_host::{Frame, InputText, Options, Planned};
@@ -298,8 +296,8 @@ pub(crate) fn compare<'py>(
     let found = with_cores(py, || Comparison::of(&before.file, &after.file))?;
     let found = found.map_err(|error| input_error(&error, false))?;
     Ok(dict!(py,
-        "report": loads(py, &comparison::json(&found))?,
-        "text": plain(&comparison::text(&found)),
+        "report": loads(py, &validation::changes_json(&found))?,
+        "text": plain(&validation::changes(&found)),
     ))
 }
 

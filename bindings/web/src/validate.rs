@@ -4,7 +4,7 @@ use crate::fault::Fault;
 use crate::folder::Folder;
 use crate::inputs::Request;
 use delta_cal_host::files::document::Document;
-use delta_cal_host::report::{comparison, validation as report};
+use delta_cal_host::report::validation as report;
 use delta_cal_host::validation::{self, Comparison, check_independent, validate};
 use delta_cal_host::{RobotFile, read_samples};
 use serde::Serialize;
@@ -30,8 +30,8 @@ pub(crate) fn compare(files: &Folder, request: &Request) -> Result<Compared, Fau
     let newer = request.samples.first().map_or("", String::as_str);
     let found = Comparison::of(&files.robot(&request.robot)?, &files.robot(newer)?)?;
     Ok(Compared {
-        text: comparison::text(&found),
-        json: comparison::json(&found),
+        text: report::changes(&found),
+        json: report::changes_json(&found),
     })
 }
 

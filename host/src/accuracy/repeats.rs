@@ -6,7 +6,7 @@
 //! AP = |X̄ − Xc|,   RP = l̄ + 3 S,   S = √(Σ (lⱼ − l̄)² / (n − 1)),   vAP = max |X̄ₐ − X̄ᵦ| over directions of approach
 //! ```
 
-use crate::files::samples_file::{Reading, Readings, Row};
+use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
 use crate::geometry::centroid;
 use crate::halt;
 use nalgebra::Vector3;
@@ -142,4 +142,31 @@ impl Repeatability {
             poses,
         })
     }
+}
+
+/// Repeatability of a kind of reading, σ in mm, from poses measured more than once, and its degrees of freedom.
+pub(crate) fn of_kind(readings: &Readings, kind: Kind) -> Option<(f64, f64)> {
+    let mut poses: BTreeMap<_, Vec<&Reading>> = BTreeMap::new();
+    for row in &readings.rows {
+        halt::check();
+        let own = &row.value;
+        let unread = Reading {
+            height: own.height.map(|(plane, _)| (plane, 0.0)),
+            distance: own.distance.map(|(from, _)| (from, 0.0)),
+            ..Reading::at(own.joints)
+        };
+        poses.entry(unread.bits()).or_default().push(own);
+    }
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for repeated in poses.values().filter(|own| own.len() > 1) {
+        for place in (0..READINGS).filter(|place| Kind::of_place(*place) == kind) {
+            let values = repeated.iter().filter_map(|own| own.read()[place]);
+            let values: Vec<f64> = values.collect();
+            let count = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            squares += values.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
+            freedom += f64::max(count - 1.0, 0.0);
+        }
+    }
+    (freedom > 0.0).then(|| (f64::sqrt(squares / freedom), freedom))
 }

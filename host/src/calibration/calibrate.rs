@@ -2,19 +2,18 @@
 
 use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
-use super::tilt::explained_by_rods;
 use crate::accuracy::rigid_motion::degenerate;
-use crate::diagnosis::{
-    Diagnosis, FEWEST, MOST_WRONG, beside_the_platform_point, commanded, diagnose, shifted_rows,
-    wrong_rows,
+use crate::explain::{
+    Diagnosis, FEWEST, Found, MOST_WRONG, beside_the_platform_point, commanded, diagnose,
+    explained_by_rods, mistake, search, shifted, shifted_rows,
 };
-use crate::explain::{Found, search};
 use crate::files::input::{InputError, InputText};
-use crate::files::robot_file::{ONLY_TARGET, RobotFile};
-use crate::files::samples_file::{Kind, Reading, Readings};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Kind, Readings};
+use crate::fit::checks::{check_datum, checked};
 use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;
-use crate::fit::{Case, Frame, Method, Options, Unsolved};
+use crate::fit::{Case, Frame, Options, Unsolved};
 use crate::judge::{Judged, Objection, attempt, is_understated};
 use crate::text::significant;
 use delta_cal::Refusal;
@@ -134,17 +133,18 @@ fn refused(
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
         // Twelve numbers of the rods explain some of what a single cause does.
-        _ => by_one()
+        // A mistake in all rows looks like many wrong ones.
+        _ => mistake(case, found)
+            .or_else(by_one)
             .or_else(|| explained_by_rods(case))
             .or_else(|| Some(beside_the_platform_point(case)?.text))
-            .or_else(|| wrong_rows(case)),
+            .or_else(|| shifted(case)),
     });
     explained(case, objection, hint.flatten(), diagnosis)
 }
 
 fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), CalibrateError> {
-    check_method(robot, readings, options)?;
-    check_names(robot, readings)?;
+    checked(robot, readings, options)?;
     if let Some((names, rms)) = commanded(robot, readings) {
         let cause = format!(
             "{}: {names} is where the robot file puts the platform, to {} mm: commanded, not measured.",
@@ -171,113 +171,5 @@ fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<()
             return Err(refused.explained(diagnose(robot, readings, options)).into());
         }
     }
-    check_datum(robot, readings, options.frame)
-}
-
-/// Checks that the points of `[datum]` give the frame of complete positions.
-fn check_datum(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), CalibrateError> {
-    if frame == Frame::Sensor
-        && let Some(missing) = readings.missing_datum(robot)
-    {
-        return Err(missing.into());
-    }
-    if Datum::of(robot, frame)?.is_none() {
-        return Ok(());
-    }
-    let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
-    if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {
-        return Err(readings
-            .fault(index, "with [datum] a row needs all of x, y and z")
-            .into());
-    }
-    Ok(())
-}
-
-fn check_method(
-    robot: &RobotFile,
-    readings: &Readings,
-    options: &Options,
-) -> Result<(), InputError> {
-    if !matches!(options.method, Some(Method::Joint | Method::Ikm)) {
-        return Ok(());
-    }
-    let faults = [
-        (
-            options.frame == Frame::Sensor && robot.instruments.datum.is_empty(),
-            &readings.name,
-            "--method joint and ikm need positions in the robot's frame",
-            "use --method fkm",
-        ),
-        (
-            options.robust,
-            &readings.name,
-            "--robust is a loss function of the FKM method",
-            "use --method fkm",
-        ),
-        (
-            readings.rows.iter().any(|row| row.value.sigma.is_some()),
-            &readings.name,
-            "only the FKM method weighs each row by its own uncertainty",
-            "use --method fkm, or write _ before the name of the column",
-        ),
-        (
-            robot.transmission.is_some(),
-            &robot.name,
-            "only the FKM method finds transmissions",
-            "use --method fkm, or delete transmission_deg",
-        ),
-        (
-            !readings.is_complete(),
-            &readings.name,
-            "--method joint and ikm need x, y and z in every row",
-            "use --method fkm",
-        ),
-    ];
-    match faults.into_iter().find(|(faulty, ..)| *faulty) {
-        Some((_, file, cause, remedy)) => Err(InputError::new(file, cause).with_remedy(remedy)),
-        None => Ok(()),
-    }
-}
-
-/// Checks that the samples use every plane and point of the robot file.
-fn check_names(robot: &RobotFile, readings: &Readings) -> Result<(), InputError> {
-    let planes = robot.instruments.planes.iter();
-    let planes = planes.map(|plane| ("planes", &plane.name, plane.line, &readings.planes));
-    let points = robot.instruments.points.iter();
-    let points = points.map(|point| ("points", &point.name, point.line, &readings.points));
-    for (section, name, line, names) in planes.chain(points) {
-        if let Some(others) = Readings::unused(names, name) {
-            let cause = format!("no row of {} uses this name; {others}", readings.name);
-            return Err(InputError::new(&robot.name, cause)
-                .at_line(line)
-                .at_key(format!("[{section}.{name}]"))
-                .with_remedy("give both files the same names, or delete the section"));
-        }
-    }
-    let stated = &robot.instruments.targets;
-    let missing = readings.targets.iter().find(|name| {
-        let alone = *name == ONLY_TARGET && stated.is_empty();
-        !(alone || robot.instruments.target(name).is_some())
-    });
-    let Some(name) = missing else {
-        return Ok(());
-    };
-    let (cause, remedy) = if name == ONLY_TARGET {
-        (
-            format!(
-                "rows of {} name no target, and there are several",
-                readings.name
-            ),
-            "name the target of each row in a column target, or state [target]".to_owned(),
-        )
-    } else {
-        (
-            format!(
-                "rows of {} name the target {name}, which is not stated",
-                readings.name
-            ),
-            format!("add a section [targets.{name}]"),
-        )
-    };
-    Err(InputError::new(&robot.name, cause).with_remedy(remedy))
+    Ok(check_datum(robot, readings, options.frame)?)
 }

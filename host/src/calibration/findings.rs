@@ -2,15 +2,15 @@
 
 use super::tilt::of_rods;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
-use crate::diagnosis::{Diagnosis, beside_the_platform_point, shifted_rows};
+use crate::accuracy::repeats;
 use crate::effects::{EffectKind, misplaced};
+use crate::explain::{Diagnosis, beside_the_platform_point, shifted_rows};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
-use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
+use crate::files::samples_file::{Kind, Reading, Readings, Row};
 use crate::finding::{Finding, note, warning};
 use crate::fit::datum::{CONTRADICTED, Datum};
 use crate::fit::solution::RowFit;
 use crate::fit::{Case, Frame};
-use crate::halt;
 use crate::judge::Judged;
 use crate::judge::credibility::{NoiseVerdict, doubtful};
 use crate::judge::known::Known;
@@ -18,7 +18,6 @@ use crate::text::{capitalised, count, in_lines, joint, probability, significant}
 use delta_cal::Parameter;
 use delta_cal::calibration::Start;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Above this share, a parameter comes mostly from the tolerance.
 const MOSTLY: f64 = 0.5;
@@ -193,31 +192,8 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
     }
 }
 
-/// Repeatability of a kind of reading, from poses measured more than once.
 fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
-    let mut poses: BTreeMap<_, Vec<&Reading>> = BTreeMap::new();
-    for row in &readings.rows {
-        halt::check();
-        let own = &row.value;
-        let unread = Reading {
-            height: own.height.map(|(plane, _)| (plane, 0.0)),
-            distance: own.distance.map(|(from, _)| (from, 0.0)),
-            ..Reading::at(own.joints)
-        };
-        poses.entry(unread.bits()).or_default().push(own);
-    }
-    let (mut squares, mut freedom) = (0.0, 0.0);
-    for repeated in poses.values().filter(|own| own.len() > 1) {
-        for place in (0..READINGS).filter(|place| Kind::of_place(*place) == kind) {
-            let values = repeated.iter().filter_map(|own| own.read()[place]);
-            let values: Vec<f64> = values.collect();
-            let count = values.len() as f64;
-            let mean = values.iter().sum::<f64>() / count;
-            squares += values.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
-            freedom += f64::max(count - 1.0, 0.0);
-        }
-    }
-    let sigma = f64::sqrt(squares / freedom);
+    let (sigma, freedom) = repeats::of_kind(readings, kind)?;
     let text = format!(
         "Repeatability of {}: {} mm (σ, {}).",
         kind.plural(),
@@ -225,7 +201,7 @@ fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
         crate::text::freedom(freedom)
     );
     let figures = json!({ "of": kind, "sigma_mm": sigma, "degrees_of_freedom": freedom });
-    (freedom > 0.0).then(|| note("repeatability", figures, text))
+    Some(note("repeatability", figures, text))
 }
 
 /// Stated places of targets and datum points, and a stated scale, that the readings contradict.

@@ -1,6 +1,6 @@
 //! Why a calibration is refused: the finding and the remedy.
 
-use crate::diagnosis::Diagnosis;
+use crate::explain::Diagnosis;
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};

@@ -5,7 +5,6 @@ use super::output::{command, deliver, now, refused};
 use super::paths::{ColumnsArgument, is_toml, read_samples_texts, robot_path};
 use crate::files::document::Document;
 use crate::files::length::length;
-use crate::report::comparison;
 use crate::report::validation as report;
 use crate::validation::{Comparison, Request, Verdict, check_independent, validate};
 use crate::{Frame, InputText, Options, RobotFile, read_samples};
@@ -85,8 +84,8 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     if is_toml(&arguments.samples) {
         let newer = RobotFile::read(&InputText::from_file(&arguments.samples)?)?;
         let found = Comparison::of(&robot, &newer)?;
-        let json = comparison::json(&found);
-        return deliver(&[(json_file, &json)], comparison::text(&found));
+        let json = report::changes_json(&found);
+        return deliver(&[(json_file, &json)], report::changes(&found));
     }
     let Some(limit) = arguments.limit else {
         return Err(Failure::usage(

@@ -148,6 +148,27 @@ impl Causes {
     }
 }
 
+/// An effect as it was fitted: its size, one σ of that, its words, and its square in σ.
+fn described(
+    case: &Case<'_>,
+    fitted: &Fitted,
+    effect: &Effect,
+    frame: Option<&RigidTransform<f64>>,
+) -> Option<(f64, f64, String, f64)> {
+    let (estimate, solution) = (fitted.estimate(effect)?, &fitted.solution);
+    let (first, size) = (estimate.first, estimate.by.len());
+    let variance = (solution.squares() / solution.degrees_of_freedom()).max(1.0);
+    let covariance = solution.covariance.view((first, first), (size, size)) * variance;
+    let by = DVector::from_column_slice(&estimate.by);
+    let along = by.normalize();
+    let sigma = (along.transpose() * &covariance * &along)[(0, 0)].sqrt();
+    let squares = covariance.cholesky();
+    let squares = squares.map_or(0.0, |own| own.solve(&by).dot(&by));
+    let by = in_axes_of_the_file(estimate, frame);
+    let (own, sigma, text) = effect.described(&by, sigma, case.robot, case.readings);
+    Some((own, sigma, text, squares))
+}
+
 fn cause(
     case: &Case<'_>,
     found: &Found,
@@ -155,20 +176,8 @@ fn cause(
     effect: &Effect,
     frame: Option<&RigidTransform<f64>>,
 ) -> Option<Cause> {
-    let estimate = best.estimate(effect)?;
-    let size = estimate.by.len();
-    let variance = (best.solution.squares() / best.solution.degrees_of_freedom()).max(1.0);
-    let covariance = &best.solution.covariance;
-    let covariance = covariance.view((estimate.first, estimate.first), (size, size)) * variance;
-    let by = DVector::from_column_slice(&estimate.by);
-    let along = by.normalize();
-    let sigma = (along.transpose() * &covariance * &along)[(0, 0)].sqrt();
-    let squares = covariance
-        .cholesky()
-        .map_or(0.0, |own| own.solve(&by).dot(&by));
+    let (own, sigma, text, squares) = described(case, best, effect, frame)?;
     let drive = case.robot.robot.drive();
-    let by = in_axes_of_the_file(estimate, frame);
-    let (own, sigma, text) = effect.described(&by, sigma, case.robot, case.readings);
     let others: Vec<_> = others(found, effect).collect();
     let mut alternatives: Vec<_> = others.iter().map(|own| own.named()).collect();
     alternatives.dedup();
@@ -178,6 +187,7 @@ fn cause(
     };
     let kinds: Vec<_> = others.iter().map(|own| own.kind).collect();
     let line = case.readings.rows.get(effect.index).map(|row| row.line);
+    let unknowns = ChiSquared::new(effect.unknowns() as f64);
     Some(Cause {
         kind: effect.kind,
         arm: effect.arm.map(|arm| arm.index() + 1),
@@ -185,7 +195,7 @@ fn cause(
         size: own,
         unit: effect.kind.unit(drive),
         sigma,
-        p: ChiSquared::new(size as f64).map_or(1.0, |own| own.sf(squares)),
+        p: unknowns.map_or(1.0, |own| own.sf(squares)),
         alternatives,
         text,
         remedy: remedy(case, effect, &kinds),
@@ -330,23 +340,13 @@ fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
             });
             return Some(own.described(&off, 0.0, case.robot, case.readings).2);
         }
-        let estimate = fitted.estimate(own)?;
-        let covariance = &fitted.solution.covariance;
-        let variance: f64 = estimate
-            .places()
-            .map(|place| covariance[(place, place)])
-            .sum();
-        let by = in_axes_of_the_file(estimate, fitted.solution.places.frame.as_ref());
-        let (.., text) = own.described(&by, variance.sqrt(), case.robot, case.readings);
-        Some(text)
+        let frame = fitted.solution.places.frame.as_ref();
+        Some(described(case, fitted, own, frame)?.2)
     });
     let mut all: Vec<_> = effects.collect();
-    let rows = fitted
-        .hypothesis
-        .rows
-        .iter()
-        .filter_map(|row| case.readings.rows.get(*row));
-    let lines: Vec<_> = rows.map(|row| row.line).collect();
+    let rows = fitted.hypothesis.rows.iter();
+    let lines = rows.filter_map(|row| Some(case.readings.rows.get(*row)?.line));
+    let lines: Vec<_> = lines.collect();
     if !lines.is_empty() {
         let verb = if lines.len() == 1 {
             "disagrees"

@@ -16,8 +16,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 /// Chance that some hypothesis is accepted for a file without any fault, shared by this many kinds.
 const FALSE_ALARM: f64 = 0.003;
 const KINDS: f64 = 12.0;
-/// Hypotheses of each kind that are refitted.
+/// Hypotheses of each kind that are refitted; of a file with few rows, of which the first order tells less.
 const OF_EACH_KIND: usize = 2;
+const OF_FEW_ROWS: (usize, usize) = (24, 4);
 /// Most faults at once.
 const MOST: usize = 3;
 /// Sets of faults that are extended.
@@ -41,6 +42,8 @@ const WORTHWHILE: f64 = 0.05;
 /// An estimated noise has converged if the variance that it leaves is within this.
 const SETTLED: std::ops::Range<f64> = 0.9..1.1;
 const NARROWINGS: u32 = 8;
+/// χ² of the parameters within their tolerance, at most: of 24, one in a thousand has more.
+const PLAUSIBLE: f64 = 51.0;
 /// Rows on either side of a move.
 const LEAST_ROWS: usize = 2;
 
@@ -190,18 +193,17 @@ fn evenly(from: usize, to: usize, most: usize) -> impl Iterator<Item = usize> {
     (from..to).step_by((to - from).div_ceil(most).max(1))
 }
 
+/// The score of readings that have been changed, if the robot then explains them clearly better than before.
+pub(super) fn explains(changed: &Case<'_>, found: Option<&Found>) -> Option<f64> {
+    let own = Search::of(changed).fitted(Hypothesis::default())?;
+    let score = own.score(1.0);
+    let better = found.is_none_or(|before| score + CLEARLY < before.base.score(1.0));
+    let plausible = own.prior < PLAUSIBLE && !own.contradicts();
+    (plausible && better).then_some(score)
+}
+
 fn searched(case: &Case<'_>) -> Option<Found> {
-    let options = Options {
-        robust: false,
-        ..case.options
-    };
-    let mut search = Search {
-        case,
-        options,
-        freedom: None,
-        levels: None,
-        rows: case.readings.rows.len(),
-    };
+    let mut search = Search::of(case);
     let base = search.fitted(Hypothesis::default())?;
     search.freedom = Some(base.freedom);
     let estimated = base.solution.estimated_freedom();
@@ -287,7 +289,21 @@ fn searched(case: &Case<'_>) -> Option<Found> {
 /// A drift is hidden if the unknowns increase its variance by more than this factor.
 const TAKEN_UP: f64 = 4.0;
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn of(case: &'a Case<'a>) -> Self {
+        let options = Options {
+            robust: false,
+            ..case.options
+        };
+        Self {
+            case,
+            options,
+            freedom: None,
+            levels: None,
+            rows: case.readings.rows.len(),
+        }
+    }
+
     /// The χ² that a hypothesis must explain: of so many of its kind, with so many unknowns. Of an estimated noise with few
     /// degrees of freedom ν it is ν ln(1 + k (F − 1)/ν), as far as that is more.
     fn penalty(&self, unknowns: usize, of_kind: f64) -> f64 {
@@ -551,10 +567,16 @@ impl Search<'_> {
             .collect();
         let gains = kinds.iter().flatten().map(|own| own.0);
         let least = WORTHWHILE * gains.fold(0.0, f64::max);
+        let (few, of_few) = OF_FEW_ROWS;
+        let most = if self.rows > few {
+            OF_EACH_KIND
+        } else {
+            of_few
+        };
         for mut gains in kinds {
             gains.retain(|own| own.0 > least);
             order::sort_by(&mut gains, |own| -own.0);
-            for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
+            for (gain, hypothesis) in gains.into_iter().take(most) {
                 let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
                 let penalty = self.penalty(unknowns, self.alike(hypothesis.kind()));
                 if gain / variance > FIRST_ORDER * penalty

@@ -1,21 +1,23 @@
 //! A [`Validation`] for the terminal, as a one-page certificate, and as JSON.
 
 use super::{Versioned, repeatability};
-use crate::calibration::report::{MANY, shown};
 use crate::explain::Step;
 use crate::files::document::Document;
 use crate::files::samples_file::Kind;
 use crate::fit::Frame;
+use crate::order::{MANY, shown};
 use crate::render::page::{self, figure};
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Part, Section, Table, terminal};
 use crate::text::{capitalised, confidence, count, significant};
-use crate::validation::{Bounded, Deviation, RmsError, Validation, Verdict};
+use crate::validation::{Bounded, Comparison, Deviation, RmsError, Validation, Verdict};
 use maud::{Markup, html};
 use serde::Serialize;
 
 /// Incremented whenever a field of the JSON is renamed, removed or changes its meaning.
 pub const SCHEMA_VERSION: u32 = 3;
+/// The same of a comparison's.
+const COMPARISON_VERSION: u32 = 1;
 /// The page's figure shows a selection if there are more rows than this.
 const MANY_ON_A_PAGE: usize = 2_500;
 
@@ -336,4 +338,47 @@ struct Contents<'a> {
 struct Sampled {
     shown: usize,
     of: usize,
+}
+
+/// How a robot has changed from one file to another, for the terminal.
+pub fn changes(found: &Comparison) -> String {
+    let mut sections = vec![Section::new("").text(format!(
+        "{} compared with {} at {} over the workspace",
+        found.to,
+        found.from,
+        count(found.poses, "pose")
+    ))];
+    let kinds = [
+        ("absolute", "in the frame of the base", &found.absolute_mm),
+        (
+            "relative",
+            "after the best rigid motion",
+            &found.relative_mm,
+        ),
+    ];
+    for (index, (kind, frame, moved)) in kinds.into_iter().enumerate() {
+        let mm = |value: f64| significant(value, 2);
+        let table = Table::of(["x", "y", "z", "distance"].into_iter().zip(moved))
+            .column("change, mm", |(axis, _)| *axis)
+            .vector(["mean", "rms", "worst"], |(_, own)| own.map(mm));
+        let said = match (found.sigma_mm, found.changed) {
+            (Some(sigma), Some(changed)) => format!(
+                "{} than 2 σ of it ({} mm, from the expected errors of both files).",
+                if changed[index] { "More" } else { "Not more" },
+                mm(2.0 * sigma[index])
+            ),
+            _ => {
+                "Its σ is unknown: only files that delta-cal calibrated state their expected error."
+                    .to_owned()
+            }
+        };
+        let title = format!("{}, {frame}", capitalised(kind));
+        sections.push(Section::new(title).table(table).text(said));
+    }
+    terminal::text(sections)
+}
+
+/// The same for programs.
+pub fn changes_json(found: &Comparison) -> String {
+    super::json(&Versioned::new(COMPARISON_VERSION, found))
 }

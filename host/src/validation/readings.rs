@@ -9,7 +9,8 @@ use crate::accuracy::uncertainty::{Sensitivities, first_inside};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::effects::Places;
 use crate::files::robot_file::{KnownPlane, RobotFile, Tool};
-use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
+use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
+use crate::fit::jointly::of_platform_point;
 use crate::fit::solution::PARAMETERS;
 use crate::fit::{Frame, Options, Unsolved, solve_with};
 use crate::geometry::{Region, range};
@@ -186,16 +187,59 @@ fn of_positions(robot: &RobotFile, readings: &Readings) -> Result<Found, Refused
     Ok((places, leverages))
 }
 
+/// The readings of the platform point. Where the points of distances are not known, a fit of them says what each of several
+/// targets does to a distance.
+///
+/// # Errors
+/// The distances do not determine where the points are.
+pub(super) fn at_platform_point(
+    robot: &RobotFile,
+    readings: &Readings,
+    known: Option<RigidTransform<f64>>,
+) -> Result<Readings, CalibrateError> {
+    let mut found = of_platform_point(robot, readings, known);
+    let facts = &robot.instruments;
+    let is_placed = |name: &String| facts.point(name).is_some_and(|own| own.place.is_some());
+    let of_point = |own: &Reading| matches!(own.distance, Some((ReadingFrom::Point(_), _)));
+    if facts.targets.len() < 2 || readings.points.iter().all(is_placed) {
+        return Ok(found);
+    }
+    let mut distances = readings.clone();
+    distances.rows.retain(|row| of_point(&row.value));
+    for row in &mut distances.rows {
+        (row.value.position, row.value.height) = ([None; 3], None);
+    }
+    let mut held = held(robot.clone());
+    for own in &mut held.instruments.targets {
+        own.sigma.fill(HELD);
+    }
+    let options = Options::in_frame(Frame::Base);
+    let solution = solve_with(&held, &distances, &options, (&[], false));
+    let cause = "the distances do not determine where their points are";
+    let solution = solution.map_err(|_| unknown_frame(readings, cause))?;
+    let rows = found.rows.iter_mut().filter(|row| of_point(&row.value));
+    for (row, own) in rows.zip(&solution.readings.rows) {
+        row.value.distance = own.value.distance;
+    }
+    Ok(found)
+}
+
+/// Everything is as stated.
+fn held(mut robot: RobotFile) -> RobotFile {
+    let [arm, ..] = robot.robot.arms();
+    robot.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
+    robot.transmission = None;
+    robot.instruments.datum.clear();
+    robot
+}
+
 fn of_instruments(
     robot: &RobotFile,
     readings: &Readings,
     frame: Frame,
 ) -> Result<Found, CalibrateError> {
     let [arm, ..] = robot.robot.arms();
-    let mut held = robot.at_platform_point();
-    held.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
-    held.transmission = None;
-    held.instruments.datum.clear();
+    let mut held = held(robot.at_platform_point());
     // Poses above one another do not show a plane's tilt, so the plane is assumed nearly level.
     for name in &readings.planes {
         let mut planes = held.instruments.planes.iter();

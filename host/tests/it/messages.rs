@@ -20,7 +20,7 @@ const SITES: [&str; 3] = ["warning(", "note(", "Refused::new("];
 const FINDINGS: [&str; 3] = [
     "calibration/findings.rs",
     "calibration/tilt.rs",
-    "diagnosis/rows.rs",
+    "explain/rows.rs",
 ];
 /// Headings, files and functions of the messages that have none.
 const OF_FUNCTIONS: [(&str, &str, &str); 6] = [

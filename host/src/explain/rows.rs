@@ -1,26 +1,24 @@
-//! Explanations of readings that do not fit: rows that disagree, rows shifted by one, or one mistake in all rows.
+//! Explanations of readings that do not fit: rows shifted by one, a reflector beside the platform's centre, its tilt.
 
 use crate::accuracy::quantiles::median;
-use crate::files::samples_file::{Kind, Reading, Readings};
+use crate::accuracy::tilt::{CENTRAL, usual};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Reading;
 use crate::finding::{Finding, warning};
 use crate::fit::{Case, Frame, Options, Solution, solve};
-use crate::judge::{agreeing, is_understated};
-use crate::text::{count, in_lines};
+use crate::geometry::Parallelograms;
 use delta_cal::Sample;
 use nalgebra::Vector3;
 use serde_json::json;
 
-/// Files with more rows are not refitted.
-const MOST_ROWS: usize = 2000;
-/// Most rows for which each is left out in turn.
-const ROWS_TRIED: usize = 100;
 /// Fewer samples that disagree are individually wrong.
 pub(crate) const FEWEST: usize = 3;
 /// At most one row in this many is a single mistake.
 pub(crate) const MOST_WRONG: usize = 4;
 /// Rows are shifted if a shift reduces their distance to this fraction.
 const SHIFTED: f64 = 0.1;
-const INCH: f64 = 25.4;
+/// σ of rods that are to explain readings, mm and radians.
+const EXPLAINING: [f64; 2] = [0.3, 0.005];
 
 /// Rows whose positions belong to the joints of their neighbours, because a row is missing or duplicated, among the rows
 /// that a robust fit rejected.
@@ -61,57 +59,9 @@ pub(crate) fn shifted_rows(solution: &Solution) -> Option<Finding> {
     ))
 }
 
-type Change = fn(&mut Reading);
-
-/// Mistakes that affect all rows alike, for files without complete positions.
-const MISTAKES: [(&str, Change); 7] = [
-    ("The heights have the wrong sign: change it.", |row| {
-        scaled(row, -1.0, 1.0);
-    }),
-    (
-        "The heights are in inches: name the column height_in.",
-        |row| scaled(row, INCH, 1.0),
-    ),
-    (
-        "The distances are in inches: name the column distance_in.",
-        |row| scaled(row, 1.0, INCH),
-    ),
-    ("The joint angles have the wrong sign: change it.", |row| {
-        row.each_pose(|joints| joints.map(|q| -q));
-    }),
-    (
-        "Joint columns 1 and 2 are exchanged: exchange their names.",
-        |row| row.each_pose(|[a, b, c]| [b, a, c]),
-    ),
-    (
-        "Joint columns 2 and 3 are exchanged: exchange their names.",
-        |row| row.each_pose(|[a, b, c]| [a, c, b]),
-    ),
-    (
-        "Joint columns 1 and 3 are exchanged: exchange their names.",
-        |row| row.each_pose(|[a, b, c]| [c, b, a]),
-    ),
-];
-
-fn scaled(row: &mut Reading, heights: f64, distances: f64) {
-    row.height = row.height.map(|(plane, height)| (plane, heights * height));
-    row.distance = row
-        .distance
-        .map(|(from, distance)| (from, distances * distance));
-}
-
-/// Wrong rows, or a mistake in all rows, that explain refused readings: a sentence with the remedy.
-pub(crate) fn wrong_rows(case: &Case<'_>) -> Option<String> {
-    let all = &case.readings.rows;
-    if all.len() > MOST_ROWS {
-        return None;
-    }
-    if !case.readings.holds(Kind::Position)
-        && let Some(mistake) = mistake(case)
-    {
-        return Some(mistake.to_owned());
-    }
-    if case.options.robust {
+/// The same of readings that are refused: which rows belong to others is what a robust fit says.
+pub(crate) fn shifted(case: &Case<'_>) -> Option<String> {
+    if case.options.robust || case.robot.tolerance.is_none() {
         return None;
     }
     let robust = Options {
@@ -119,66 +69,8 @@ pub(crate) fn wrong_rows(case: &Case<'_>) -> Option<String> {
         method: None,
         ..case.options
     };
-    let solution = solve(case.robot, case.readings, &robust).ok();
-    let Some(solution) = solution.filter(|_| case.robot.tolerance.is_some()) else {
-        let line = one_wrong(case)?;
-        return Some(format!(
-            "Line {line} disagrees with all others: measure it again or delete it."
-        ));
-    };
-    if let Some(shifted) = shifted_rows(&solution) {
-        return Some(shifted.text);
-    }
-    let suspected = all.iter().zip(&solution.rows);
-    let suspected = suspected.filter(|(_, fit)| fit.suspected);
-    let lines: Vec<_> = suspected.map(|(row, _)| row.line).collect();
-    // Single mistakes are few, and what remains agrees with the noise.
-    let single = MOST_WRONG * lines.len() <= all.len() && !is_understated(&solution);
-    (single && !lines.is_empty()).then(|| {
-        format!(
-            "{} of {} agree, all but {}. --robust leaves out those that do not.",
-            all.len() - lines.len(),
-            count(all.len(), "sample"),
-            in_lines(&lines)
-        )
-    })
-}
-
-/// The change whose readings fit best, if any fit.
-fn best<T>(case: &Case<'_>, changed: impl Iterator<Item = (Readings, T)>) -> Option<T> {
-    let fitted = changed.filter_map(|(readings, what)| {
-        let changed = Case {
-            readings: &readings,
-            ..*case
-        };
-        Some((agreeing(&changed)?.squares(), what))
-    });
-    let best = fitted.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(best.1)
-}
-
-fn mistake(case: &Case<'_>) -> Option<&'static str> {
-    let changed = MISTAKES.into_iter().map(|(mistake, change)| {
-        let mut changed = case.readings.clone();
-        let rows = changed.rows.iter_mut();
-        rows.for_each(|row| change(&mut row.value));
-        (changed, mistake)
-    });
-    best(
-        case,
-        changed.filter(|(changed, _)| changed != case.readings),
-    )
-}
-
-/// The line without which the other rows fit best, if they fit.
-fn one_wrong(case: &Case<'_>) -> Option<u64> {
-    let rows = case.readings.rows.len();
-    let others = (0..rows).filter(|_| rows <= ROWS_TRIED).map(|index| {
-        let mut others = case.readings.clone();
-        let row = others.rows.remove(index);
-        (others, row.line)
-    });
-    best(case, others)
+    let solution = solve(case.robot, case.readings, &robust).ok()?;
+    Some(shifted_rows(&solution)?.text)
 }
 
 /// Fewest points that show an offset.
@@ -222,4 +114,26 @@ pub(crate) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     );
     let figures = json!({ "offset_mm": [x, y, z], "scatter_mm": scatter });
     Some(warning("target", figures, text))
+}
+
+/// What to state of rods that would explain readings that Model 24 does not.
+pub(crate) fn explained_by_rods(case: &Case<'_>) -> Option<String> {
+    let mut targets = case.robot.instruments.targets.iter();
+    if case.robot.parallelograms.is_some() || targets.all(|own| own.place.norm() <= CENTRAL) {
+        return None;
+    }
+    let rods = Parallelograms {
+        tolerance: EXPLAINING,
+        ..usual(case.robot)
+    };
+    let tilting = RobotFile {
+        parallelograms: Some(rods),
+        ..case.robot.clone()
+    };
+    solve(&tilting, case.readings, &case.options).ok()?;
+    Some(format!(
+        "Rods of an arm that differ by some {} mm and tilt the platform explain these readings: state spacing_mm in \
+         [parallelogram], the distance of the two rods.",
+        rods.tolerance[0]
+    ))
 }

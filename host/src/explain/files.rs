@@ -3,13 +3,13 @@
 //! named. Nothing is ever corrected.
 
 use super::fault::{COORDINATES, Fault, Files};
+use super::search::{Found, explains};
 use crate::accuracy::quantiles::median;
 use crate::accuracy::rigid_motion::degenerate;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
-use crate::fit::{Case, Frame, Options};
+use crate::files::samples_file::{Kind, Readings};
+use crate::fit::{Case, Frame, Options, solve};
 use crate::geometry::outside_limits;
-use crate::judge::attempt;
 use crate::order;
 use crate::text::{capitalised, list, significant};
 use delta_cal::Sample;
@@ -45,6 +45,8 @@ const AS_STATED: f64 = 1e-4;
 const COMPARED: usize = 64;
 /// One sample in this many may be outside the joint limits: a mistyped digit.
 const ONE_OUTSIDE_IN: usize = 8;
+/// Most rows of which each is left out in turn.
+const ROWS_TRIED: usize = 100;
 /// Most explanations named; others that are as good are only counted.
 const NAMED: usize = 4;
 
@@ -296,26 +298,51 @@ impl Evidence<'_> {
 
     /// The median error of a calibration of the files without the fault, mm.
     fn calibrated(&self, fault: &Fault) -> Option<f64> {
-        let values: Vec<_> = fault.undone(&self.samples).collect();
         let file = self.files.robot;
         let robot = file.with_robot(&fault.robot(&file.robot)?);
-        let mut readings = self.files.readings.clone();
-        if fault.rows_below != 0 {
-            readings.rows.truncate(values.len());
-        }
-        let rows = readings.rows.iter_mut();
-        let complete = rows.filter(|row| row.value.sample().is_some());
-        for (row, value) in complete.zip(values) {
-            row.value.joints = value.joints;
-            row.value.position = value.position.data.0[0].map(Some);
-        }
+        let readings = fault.undone_in(self.files.readings);
         let options = Options {
             frame: fault.frame,
             ..*self.options
         };
-        let judged = attempt(&Case::new(&robot, &readings, options), None).ok()?;
-        Some(fault.unit * judged.errors?.after.median)
+        let solution = solve(&robot, &readings, &options).ok()?;
+        let distances = readings.samples().map(|row| {
+            let place = solution.robot.forward(&row.value.joints).ok();
+            place.map_or(f64::INFINITY, |place| {
+                let frame = solution.places.frame;
+                let seen = frame.map_or(place, |own| own.apply(&place));
+                (row.value.position - seen).norm()
+            })
+        });
+        Some(fault.unit * median(distances)?)
     }
+}
+
+/// The mistake in all rows without which heights and distances agree with the robot of the file; or, if nothing fits all
+/// rows, the row without which the others do. In a sentence, with the remedy.
+pub(crate) fn mistake(case: &Case<'_>, found: Option<&Found>) -> Option<String> {
+    let (robot, readings) = (case.robot, case.readings);
+    let files = Files { robot, readings };
+    let faults = files.of_other_readings();
+    let faults = faults.filter(|_| !readings.holds(Kind::Position));
+    let undone = faults.map(|own| (own.undone_in(readings), own.cause, own.remedy));
+    let is_single = found.is_none() && readings.rows.len() <= ROWS_TRIED;
+    let rows = (0..readings.rows.len()).filter(|_| is_single).map(|row| {
+        let mut others = readings.clone();
+        let line = others.rows.remove(row).line;
+        let cause = format!("line {line} disagrees with all others");
+        (others, cause, "measure it again or delete it".to_owned())
+    });
+    let scored = undone.chain(rows).filter_map(|(changed, cause, remedy)| {
+        let other = Case {
+            readings: &changed,
+            ..*case
+        };
+        let score = (changed != *readings).then(|| explains(&other, found))??;
+        Some((score, cause, remedy))
+    });
+    let (_, cause, remedy) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!("Probably {cause}: {remedy}."))
 }
 
 /// Coordinates that are where the robot of the file is, and not where it was measured: they agree with it ten times

@@ -7,7 +7,7 @@ use crate::fit::Frame;
 use crate::text::list;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::{Parameter, Robot, Sample};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
 /// No robot has shorter forearms, mm: the file's lengths are then in a larger unit.
@@ -20,6 +20,8 @@ pub(super) struct Fault {
     joints: Matrix3<f64>,
     /// From the file's positions to those of the robot's frame.
     positions: Matrix3<f64>,
+    /// Factors of heights and of distances.
+    others: [f64; 2],
     /// Rows by which each position stands below the joints that it belongs to.
     pub(super) rows_below: isize,
     /// Two arms whose upper arms and forearms are exchanged in the robot file.
@@ -51,48 +53,6 @@ const LENGTHS: [(Unit, &str, f64); 5] = [
     (Unit::Micrometre, "micrometres", 1e-3),
 ];
 
-/// Unit of the positions, or of the robot's lengths.
-struct LengthUnit {
-    /// Factor for the positions.
-    factor: f64,
-    /// The unit in the header.
-    says: &'static str,
-    /// The positions' unit under this hypothesis; `None` if the robot file is wrong.
-    positions: Option<&'static str>,
-    /// The unit of the robot file's lengths under this hypothesis.
-    robot: Option<&'static str>,
-}
-
-/// The hypotheses for positions whose header has this unit.
-fn length_units(header: Option<Unit>) -> Vec<LengthUnit> {
-    let mut header = LENGTHS.into_iter().filter(|own| Some(own.0) == header);
-    let Some((unit, says, written)) = header.next() else {
-        return Vec::new();
-    };
-    let others = LENGTHS.into_iter().filter(|own| own.0 != unit);
-    let mut all: Vec<_> = others
-        .map(|(_, name, read)| LengthUnit {
-            factor: read / written,
-            says,
-            positions: Some(name),
-            robot: None,
-        })
-        .collect();
-    for (name, factor) in [("metres", 1e-3), ("inches", 1.0 / 25.4)] {
-        let same = |own: &&mut LengthUnit| (own.factor / factor - 1.0).abs() < 1e-9;
-        match all.iter_mut().find(same) {
-            Some(own) => own.robot = Some(name),
-            None => all.push(LengthUnit {
-                factor,
-                says,
-                positions: None,
-                robot: Some(name),
-            }),
-        }
-    }
-    all
-}
-
 /// All non-empty subsets of the three.
 fn subsets() -> impl Iterator<Item = [bool; 3]> {
     (1_usize..8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0])
@@ -120,6 +80,7 @@ impl Fault {
         Self {
             joints: Matrix3::identity(),
             positions: Matrix3::identity(),
+            others: [1.0; 2],
             rows_below: 0,
             arms: None,
             limits: false,
@@ -135,6 +96,7 @@ impl Fault {
         Self {
             joints: self.joints * other.joints,
             positions: self.positions * other.positions,
+            others: [0, 1].map(|kind| self.others[kind] * other.others[kind]),
             rows_below: self.rows_below + other.rows_below,
             arms: self.arms.or(other.arms),
             limits: self.limits || other.limits,
@@ -153,9 +115,32 @@ impl Fault {
         };
         let rows = from(-self.rows_below).zip(from(self.rows_below));
         rows.map(|(joints, position)| Sample {
-            joints: (self.joints * nalgebra::Vector3::from(joints.joints)).into(),
+            joints: (self.joints * Vector3::from(joints.joints)).into(),
             position: self.positions * position.position,
         })
+    }
+
+    /// The readings without the fault.
+    pub(super) fn undone_in(&self, readings: &Readings) -> Readings {
+        let samples: Vec<_> = readings.samples().map(|row| row.value).collect();
+        let mut values = self.undone(&samples);
+        let mut found = readings.clone();
+        if self.rows_below != 0 {
+            found.rows.pop();
+        }
+        for row in &mut found.rows {
+            let own = &mut row.value;
+            let sample = own.sample().and_then(|_| values.next());
+            let [heights, distances] = self.others;
+            own.height = own.height.map(|(plane, by)| (plane, heights * by));
+            own.distance = own.distance.map(|(from, by)| (from, distances * by));
+            own.each_pose(|joints| (self.joints * Vector3::from(joints)).into());
+            if let Some(sample) = sample {
+                own.joints = sample.joints;
+                own.position = sample.position.data.0[0].map(Some);
+            }
+        }
+        found
     }
 
     /// The robot without the fault: La_x, La_y and Lb (scale and Lb of linear drives) of two arms are exchanged; D, θ
@@ -219,15 +204,6 @@ impl Files<'_> {
             positions: reordered(order, signs),
             ..fault(self.axes(order, signs, frame))
         });
-        let lengths = length_units(self.readings.positions_in).into_iter();
-        let lengths = lengths.map(|unit| Fault {
-            positions: Matrix3::from_diagonal_element(unit.factor),
-            unit: match unit.robot {
-                Some(_) if self.is_in_metres() => 1.0 / unit.factor,
-                _ => 1.0,
-            },
-            ..fault(self.length(&unit))
-        });
         let arms = [[0, 1], [0, 2], [1, 2]].map(|arms| Fault {
             arms: Some(arms),
             ..fault(self.arms(arms))
@@ -252,11 +228,45 @@ impl Files<'_> {
             reversed.collect(),
             angles.collect(),
             axes.collect(),
-            lengths.collect(),
+            self.lengths(frame),
             arms.to_vec(),
             shifted.to_vec(),
             vec![limits],
         ]
+    }
+
+    /// Those that heights and distances show, which say little of the robot's place.
+    pub(super) fn of_other_readings(&self) -> impl Iterator<Item = Fault> {
+        let inch = LENGTHS[2].2;
+        let name = |column| format!("name the column {column}");
+        let of_readings = [
+            (
+                [-1.0, 1.0],
+                "heights have the wrong sign",
+                "change it".to_owned(),
+            ),
+            ([inch, 1.0], "heights are in inches", name("height_in")),
+            ([1.0, inch], "distances are in inches", name("distance_in")),
+        ];
+        let of_readings = of_readings.map(|(others, cause, remedy)| Fault {
+            others,
+            cause: format!("the {cause}"),
+            remedy,
+            ..Fault::none(Frame::Base)
+        });
+        let exchanged = EXCHANGED.map(|order| {
+            let words = self.order(order, Frame::Base);
+            (reordered(order, [1.0; 3]), words)
+        });
+        let reversed = (-Matrix3::identity(), self.reversed([true; 3]));
+        let of_joints = exchanged.into_iter().chain([reversed]);
+        let of_joints = of_joints.map(|(joints, [cause, remedy])| Fault {
+            joints,
+            cause,
+            remedy,
+            ..Fault::none(Frame::Base)
+        });
+        of_readings.into_iter().chain(of_joints)
     }
 
     /// Two faults of different kinds.
@@ -446,38 +456,39 @@ impl Files<'_> {
         [cause, remedy]
     }
 
-    fn length(&self, unit: &LengthUnit) -> [String; 2] {
+    /// Positions in another unit than that of their header, or lengths of the robot in another than millimetres; what is
+    /// likelier first.
+    fn lengths(&self, frame: Frame) -> Vec<Fault> {
+        let header = |own: &&(Unit, &str, f64)| Some(own.0) == self.readings.positions_in;
+        let Some((unit, says, written)) = LENGTHS.iter().find(header) else {
+            return Vec::new();
+        };
         let (robot, samples) = (&self.robot.name, &self.readings.name);
-        let positions = unit.positions.map(|name| {
-            let remedy = match name {
+        let others = LENGTHS.iter().filter(|own| own.0 != *unit);
+        let positions = others.map(|(_, name, read)| Fault {
+            positions: Matrix3::from_diagonal_element(read / written),
+            cause: format!("the positions are in {name}, but the header says {says}"),
+            remedy: match *name {
                 "metres" => format!("name the columns of {samples} x_m,y_m,z_m"),
                 "millimetres" => format!("name the columns of {samples} x_mm,y_mm,z_mm"),
                 _ => format!("convert the positions of {samples} to millimetres"),
-            };
-            let cause = format!(
-                "the positions are in {name}, but the header says {}",
-                unit.says
-            );
-            [cause, remedy]
+            },
+            ..Fault::none(frame)
         });
-        let lengths = unit.robot.map(|name| {
-            [
-                format!("the lengths in {robot} are in {name}, not millimetres"),
-                format!("convert the lengths in {robot} to millimetres"),
-            ]
+        let [arm, ..] = self.robot.robot.arms();
+        let is_small = arm.lb() < LEAST_FOREARM;
+        let lengths = [LENGTHS[0], LENGTHS[2]].map(|(_, name, by)| Fault {
+            positions: Matrix3::from_diagonal_element(1.0 / by),
+            unit: if is_small { by } else { 1.0 },
+            cause: format!("the lengths in {robot} are in {name}, not millimetres"),
+            remedy: format!("convert the lengths in {robot} to millimetres"),
+            ..Fault::none(frame)
         });
-        let mut both = [positions, lengths];
-        if self.is_in_metres() {
-            both.reverse();
+        if is_small {
+            lengths.into_iter().chain(positions).collect()
+        } else {
+            positions.chain(lengths).collect()
         }
-        let both = both.into_iter().flatten();
-        both.reduce(|[cause, remedy], [or, remedy_or]| {
-            [
-                format!("{cause}, or {or}"),
-                format!("{remedy}, or {remedy_or}"),
-            ]
-        })
-        .unwrap_or_default()
     }
 
     fn arms(&self, [first, second]: [usize; 2]) -> [String; 2] {
@@ -502,12 +513,6 @@ impl Files<'_> {
                  {positive} the platform)"
             ),
         ]
-    }
-
-    /// Whether the robot is too small for its lengths to be millimetres.
-    fn is_in_metres(&self) -> bool {
-        let [arm, ..] = self.robot.robot.arms();
-        arm.lb() < LEAST_FOREARM
     }
 
     fn angle_unit(&self) -> &'static str {

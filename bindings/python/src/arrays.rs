@@ -53,13 +53,7 @@ pub(crate) fn array<'py, N: Element>(
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
 /// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all but the rows that are not
 /// clear to it. `angles`: the rows are joint angles.
-pub(crate) fn each_row<
-    'py,
-    N: Element + Lane + Into<f64>,
-    const WIDTH: usize,
-    K: Kernel<WIDTH>,
-    E: Display,
->(
+pub(crate) fn each_row<'py, N: Element + Lane, const WIDTH: usize, K: Kernel<WIDTH>, E: Display>(
     py: Python<'py>,
     (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],

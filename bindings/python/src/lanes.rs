@@ -18,7 +18,7 @@ use delta_cal_host::files::convention::Convention;
 use delta_cal_host::files::robot_file::Tool;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::marker::PhantomData;
 
 /// Poses that are computed with one call.
@@ -155,15 +155,18 @@ impl<N: Lane> Lanes<N> {
         let (low, high) = file
             .convention
             .limits(file.limits.minimum(), file.limits.maximum());
-        let linear = file.robot.drive() == Drive::Linear;
-        let most = if linear { f64::INFINITY } else { FRAC_PI_2 };
         let middle = N::of(f64::midpoint(low, high));
+        // More than a turn is no angle in radians.
+        let most = match file.robot.drive() {
+            Drive::Rotary => FRAC_PI_2.min(TAU - middle.into().abs()),
+            Drive::Linear => f64::INFINITY,
+        };
         Some(Self {
             arms: arms
                 .each_ref()
                 .map(|own| ArmNumbers::of(own, &file.convention, &point.place, middle.into())),
             up: numbers(file.convention.vector(&file.robot.up())),
-            linear,
+            linear: file.robot.drive() == Drive::Linear,
             range: [middle, N::of(most.min((high - low) / 2.0 + margin(file)))],
         })
     }
@@ -214,6 +217,7 @@ impl<N: Lane> Lanes<N> {
 pub(crate) struct Room<N> {
     columns: [[N; LANES]; 3],
     turns: [[[N; LANES]; 2]; 3],
+    found: [[N; LANES]; 9],
 }
 
 impl<N: Lane> Room<N> {
@@ -221,6 +225,7 @@ impl<N: Lane> Room<N> {
         Self {
             columns: [[N::default(); LANES]; 3],
             turns: [[[N::default(); LANES]; 2]; 3],
+            found: [[N::default(); LANES]; 9],
         }
     }
 }
@@ -294,6 +299,7 @@ fn rows<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
     let Room {
         columns,
         turns: [turns1, turns2, turns3],
+        found,
     } = room;
     for lane in 0..LANES {
         let from = from[lane];
@@ -314,8 +320,22 @@ fn rows<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
         all &= clear;
         values[0] = if clear { values[0] } else { N::nan() };
         for place in 0..WIDTH {
-            into[lane][place] = values[place];
+            if WIDTH > 3 {
+                found[place][lane] = values[place];
+            } else {
+                into[lane][place] = values[place];
+            }
         }
+    }
+    if WIDTH > 3 {
+        // Copied as a whole: memory takes long stores faster.
+        let mut rows = [[N::default(); WIDTH]; LANES];
+        for lane in 0..LANES {
+            for place in 0..WIDTH {
+                rows[lane][place] = found[place][lane];
+            }
+        }
+        into.copy_from_slice(&rows);
     }
     all
 }

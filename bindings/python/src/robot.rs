@@ -1,7 +1,7 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{array, each_row, in_numpy};
-use crate::errors::{input_error, length, value_error};
+use crate::errors::{input_error, length, type_error, value_error};
 use crate::files::{bytes_of, loads, sha256, write};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
 use crate::stated::{Stated, arms_of, limits_of, merge, tolerance_of, with_transmissions};
@@ -268,22 +268,28 @@ impl Robot {
     )]
     fn nominal<'py>(
         py: Python<'py>,
-        base_radius: f64,
-        platform_radius: f64,
-        upper_arm: f64,
-        forearm: f64,
+        base_radius: &Bound<'py, PyAny>,
+        platform_radius: &Bound<'py, PyAny>,
+        upper_arm: &Bound<'py, PyAny>,
+        forearm: &Bound<'py, PyAny>,
         limits: &Bound<'py, PyAny>,
         stated: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
-        let robot = SymmetricRobot {
-            base_radius: length("base_radius", base_radius)?,
-            platform_radius: length("platform_radius", platform_radius)?,
-            upper_arm: length("upper_arm", upper_arm)?,
-            forearm: length("forearm", forearm)?,
+        let of = |argument, given: &Bound<'py, PyAny>| {
+            let own = given
+                .extract()
+                .map_err(|_| type_error(argument, "a number is needed"))?;
+            length(argument, own)
         };
-        let robot = robot.robot().map_err(|error| value_error("robot", error))?;
+        let sheet = SymmetricRobot {
+            base_radius: of("base_radius", base_radius)?,
+            platform_radius: of("platform_radius", platform_radius)?,
+            upper_arm: of("upper_arm", upper_arm)?,
+            forearm: of("forearm", forearm)?,
+        };
+        let robot = sheet.robot().map_err(|error| value_error("robot", error))?;
         let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
-        file.platform_radius = Some(platform_radius);
+        file.platform_radius = Some(sheet.platform_radius);
         Self::of_file(&file, "")?.with(Stated::of(py, stated, &[("limits", limits)])?)
     }
 
@@ -601,7 +607,7 @@ impl Robot {
         }
         let names = frame.getattr("columns")?.try_iter()?;
         let names = names
-            .map(|name| name?.extract())
+            .map(|name| Ok(name?.str()?.to_string()))
             .collect::<PyResult<Vec<_>>>()?;
         in_numpy(py, "in_units", (&frame, self.columns(argument, &names)?))
     }

@@ -309,10 +309,11 @@ def calibrate(
         if q is None:
             raise ValueError("q: joint angles or samples are needed")
         robot = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
-        for reading, own in (("height", noise_height), ("distance", noise_distance)):
-            if own is not None and not own > 0:
-                raise ValueError(f"noise_{reading}: {own}; an uncertainty above 0 mm is needed")
-            robot = robot if own is None else robot.replace(noise={f"{reading}_mm": own})
+        for reading, noise_of in (("height", noise_height), ("distance", noise_distance)):
+            if noise_of is not None:
+                if not noise_of > 0:
+                    raise ValueError(f"noise_{reading}: {noise_of}; an uncertainty above 0 mm is needed")
+                robot = robot.replace(noise={f"{reading}_mm": noise_of})
         given = read(robot, q, x, readings)
         with Told(progress, timed=True) as tell:
             found = _native.calibrate(robot, given, frame, method, robust, limit, tell)

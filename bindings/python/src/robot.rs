@@ -3,7 +3,7 @@
 use crate::arrays::{array, each_row, in_numpy};
 use crate::errors::{input_error, length, type_error, value_error};
 use crate::files::{bytes_of, loads, sha256, write};
-use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
+use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, margin};
 use crate::stated::{Stated, arms_of, limits_of, merge, tolerance_of, with_transmissions};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::{Arm, Drive};
@@ -180,31 +180,45 @@ impl Robot {
             "nan" => false,
             _ => return Err(value_error("errors", "\"nan\" or \"raise\" is needed")),
         };
-        let (py, angles) = (
-            given.py(),
-            argument != "x" && self.file.robot.drive() == Drive::Rotary,
-        );
+        let angles = argument != "x" && self.file.robot.drive() == Drive::Rotary;
+        let several = point.map(|own| (&self.file, own));
         if given.cast::<PyArrayDyn<f32>>().is_ok() {
-            let rows = in_numpy(py, "rows", (argument, given, "float32"))?;
-            let rows = (argument, &rows, angles);
+            let rows = in_numpy(given.py(), "rows", (argument, given, "float32"))?;
             return each_row::<f32, WIDTH, K, _>(
-                py,
-                rows,
+                (argument, &rows, angles),
                 shape,
                 raise,
-                point.and_then(|own| Lanes::of(&self.file, own)),
+                several,
                 compute,
             );
         }
         let rows = self.vectors(argument, given)?;
-        each_row::<f64, WIDTH, K, _>(
-            py,
-            (argument, &rows, angles),
-            shape,
-            raise,
-            point.and_then(|own| Lanes::of(&self.file, own)),
-            compute,
-        )
+        each_row::<f64, WIDTH, K, _>((argument, &rows, angles), shape, raise, several, compute)
+    }
+
+    /// Derivatives of positions by the 24 parameters, row by row, and where there is room by the 15 numbers of transmissions.
+    fn by_parameters<'py, const WIDTH: usize>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        errors: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (convention, robot) = (self.file.convention, &self.file.robot);
+        let (axes, signs) = (convention.axes(), convention.signs());
+        let (numbers, columns) = (convention.transmission([1.0; 5]), WIDTH / 3);
+        self.each::<Exact, WIDTH>(("q", q), &[3, columns], errors, None, |q| {
+            let q = convention.directed(q);
+            let x = self.pose(&q)?;
+            let own = robot.platform_jacobian(&x, &q)?.by_parameters;
+            let more = robot.by_transmissions(&x, &q)?;
+            Ok(std::array::from_fn(|place| {
+                let (row, column) = (place / columns, place % columns);
+                let own = match column.checked_sub(24) {
+                    None => signs[column % 8] * own[column / 8][(row, column % 8)],
+                    Some(number) => numbers[number % 5] * more[(row, number)],
+                };
+                axes[row] * own
+            }))
+        })
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -537,35 +551,11 @@ impl Robot {
         transmissions: bool,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (convention, robot) = (self.file.convention, &self.file.robot);
-        let (axes, signs) = (convention.axes(), convention.signs());
-        let of_numbers = convention.transmission([1.0; 5]);
-        let by_parameters = |q: &[f64; 3]| {
-            let q = convention.directed(q);
-            let x = self.pose(&q)?;
-            let own = robot.platform_jacobian(&x, &q)?;
-            let at = move |row: usize, column: usize| {
-                axes[row] * signs[column % 8] * own.by_parameters[column / 8][(row, column % 8)]
-            };
-            Ok::<_, NoPose>((x, q, at))
-        };
-        if !transmissions {
-            return self.each::<Exact, 72>(("q", q), &[3, 24], errors, None, |q| {
-                let (_, _, at) = by_parameters(q)?;
-                Ok(std::array::from_fn(|place| at(place / 24, place % 24)))
-            });
+        if transmissions {
+            self.by_parameters::<117>(q, errors)
+        } else {
+            self.by_parameters::<72>(q, errors)
         }
-        self.each::<Exact, 117>(("q", q), &[3, 39], errors, None, |q| {
-            let (x, q, at) = by_parameters(q)?;
-            let more = robot.by_transmissions(&x, &q)?;
-            Ok(std::array::from_fn(|place| {
-                let (row, column) = (place / 39, place % 39);
-                match column.checked_sub(24) {
-                    None => at(row, column),
-                    Some(number) => axes[row] * of_numbers[number % 5] * more[(row, number)],
-                }
-            }))
-        })
     }
 
     /// ∂x/∂n of the twelve numbers of the arms' rods, to first order, at a point of the platform, mm: array (…, 3, 12), mm per

@@ -15,10 +15,11 @@ use delta_cal_host::geometry::hangs_below;
 use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
-use std::fmt;
+use std::error::Error;
 
 /// A Delta robot: geometry, joint limits, convention, tolerance, noise.
 ///
@@ -41,27 +42,7 @@ pub(crate) struct Robot {
 }
 
 /// Why a row has no pose.
-enum NoPose {
-    Kinematics(KinematicsError),
-    Limits,
-    AboveElbows,
-}
-
-impl fmt::Display for NoPose {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Kinematics(error) => error.fmt(formatter),
-            Self::Limits => formatter.write_str("a joint is outside its limits"),
-            Self::AboveElbows => formatter.write_str("the platform would be above its elbows"),
-        }
-    }
-}
-
-impl From<KinematicsError> for NoPose {
-    fn from(error: KinematicsError) -> Self {
-        Self::Kinematics(error)
-    }
-}
+type NoPose = Box<dyn Error>;
 
 impl Robot {
     /// Of the text of a robot file.
@@ -222,11 +203,14 @@ impl Robot {
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
-        let at = self.file.robot.forward(q)?;
+        self.within_limits(q, self.file.robot.forward(q)?)
+    }
+
+    fn within_limits<T>(&self, q: &[f64; 3], found: T) -> Result<T, NoPose> {
         if outside(&self.file, q) {
-            return Err(NoPose::Limits);
+            return Err("a joint is outside its limits".into());
         }
-        Ok(at)
+        Ok(found)
     }
 
     /// The platform point, a target by name, or a point at these coordinates.
@@ -340,37 +324,32 @@ impl Robot {
         };
         let more = [("parameters", parameters), ("limits", limits)];
         let stated = Stated::of(py, stated, &more)?;
-        let Some(parameters) = &stated.parameters else {
-            return Err(value_error(
-                "parameters",
-                "an array of shape (3, 8) is needed",
-            ));
-        };
-        let arms = arms_of(&Convention::usual(drive), parameters);
+        let parameters = stated.parameters.unwrap_or_default();
+        let arms = arms_of(&Convention::usual(drive), &parameters);
         let fault = |error| value_error("parameters", error);
-        let robot = match drive {
+        match (drive, arms.iter().position(|arm| arm[6] != 0.0)) {
             // Upper arms of 1 mm are the scales of linear drives.
-            Drive::Rotary
-                if arms
-                    .iter()
-                    .all(|arm| arm[6] == 0.0 && (arm[5] - 1.0).abs() < 0.5) =>
-            {
+            (Drive::Rotary, None) if arms.iter().all(|arm| (arm[5] - 1.0).abs() < 0.5) => {
                 let cause = "these are the parameters of linear drives; drive=\"linear\" is needed";
                 return Err(value_error("parameters", cause));
             }
-            Drive::Rotary => Geometry::from_parameters(arms).map_err(fault)?,
-            Drive::Linear => {
-                if let Some(arm) = arms.iter().position(|arm| arm[6] != 0.0) {
-                    let cause = format!("[{arm}, 6] is not 0; linear drives have seven parameters");
-                    return Err(value_error("parameters", cause));
-                }
-                let arm = |index: usize| {
-                    let [a, b, c, d, e, f, _, h] = arms[index];
-                    Arm::linear([a, b, c, d, e, f, h]).map_err(fault)
-                };
-                Geometry::new([arm(0)?, arm(1)?, arm(2)?]).map_err(fault)?
+            (Drive::Linear, Some(arm)) => {
+                let cause = format!("[{arm}, 6] is not 0; linear drives have seven parameters");
+                return Err(value_error("parameters", cause));
             }
+            _ => {}
+        }
+        let arm = |own: [f64; 8]| match (drive, own) {
+            (Drive::Rotary, own) => Arm::new(own),
+            (Drive::Linear, [a, b, c, d, e, f, _, h]) => Arm::linear([a, b, c, d, e, f, h]),
         };
+        let [one, two, three] = arms.map(arm);
+        let robot = Geometry::new([
+            one.map_err(fault)?,
+            two.map_err(fault)?,
+            three.map_err(fault)?,
+        ]);
+        let robot = robot.map_err(fault)?;
         let file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, drive)?);
         Self::of_file(&file, "")?.with(stated)
     }
@@ -459,11 +438,7 @@ impl Robot {
         let (convention, point) = (self.file.convention, self.point(target)?);
         self.each::<Forward, 3>(("q", q), &[3], errors, Some(&point), |q| {
             let q = convention.directed(q);
-            let at = match point.parallelograms {
-                None => self.pose(&q)? + point.place,
-                Some(_) if outside(&self.file, &q) => return Err(NoPose::Limits),
-                Some(_) => point.position(&self.file.robot, &q)?,
-            };
+            let at = self.within_limits(&q, point.position(&self.file.robot, &q)?)?;
             Ok(convention.vector(&at).into())
         })
     }
@@ -495,11 +470,9 @@ impl Robot {
         self.each::<Inverse, 3>(("x", x), &[3], errors, Some(&point), |x| {
             let x = convention.vector(&Vector3::from(*x));
             let (q, platform) = point.joints(robot, &x)?;
-            if outside(&self.file, &q) {
-                return Err(NoPose::Limits);
-            }
+            self.within_limits(&q, ())?;
             if !hangs_below(robot, &platform, &q) {
-                return Err(NoPose::AboveElbows);
+                return Err("the platform would be above its elbows".into());
             }
             Ok(convention.directed(&q))
         })
@@ -638,11 +611,11 @@ impl Robot {
         let [x, y, z] = own.position_by_axis();
         let alike = [y, z].iter().all(|own| own.to_bits() == x.to_bits());
         let position = if alike {
-            x.into_pyobject(py)?.into_any()
+            x.into_bound_py_any(py)
         } else {
-            (x, y, z).into_pyobject(py)?.into_any()
+            (x, y, z).into_bound_py_any(py)
         };
-        Ok(Some((position, own.joint())))
+        Ok(Some((position?, own.joint())))
     }
 
     /// The errors of the joints: array (3, 5), a row an arm. The arm's angle is q + gain q + cos cos q + sin sin q +

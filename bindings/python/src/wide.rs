@@ -22,7 +22,7 @@ pub(crate) trait Lane:
 {
     /// Sum of c x^k, the highest power first: (sin x − x) / x³ and (cos x − 1 + x²/2) / x⁴ over x² for x up to π/2, and
     /// (asin x − x) / x³ for x up to sin(π/8), with the smallest greatest error (Remez). Of four million numbers each, sines
-    /// and cosines are within 1.2 units in the last place of 1 of libm's, angles up to π within 2.5, in both types.
+    /// and cosines are within 1.2 units in the last place of 1 of libm's, angles up to π/2 within 2.5, in both types.
     const SINE: &'static [f64];
     const COSINE: &'static [f64];
     const ARCSINE: &'static [f64];

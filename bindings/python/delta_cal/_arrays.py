@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 _NAMED = 5
 """Rows that a message names."""
 _NUMBERS = {"height": "height_mm", "distance": "distance_mm", "sigma": "sigma_mm"}
+_OF = {"plane": "height", "point": "distance", "to": "distance"}
 _WORDS = ("plane", "point", "target", "name")
 _READ = ("x_mm", "y_mm", "z_mm", "height_mm", "distance_mm")
 
@@ -41,13 +42,13 @@ def numbers(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
         raise TypeError(f"{argument}: dtype {array.dtype}; an array of real numbers is needed")
     if hasattr(array, "filled"):
         array = array.astype(dtype).filled(np.nan)
-    return np.ascontiguousarray(array, dtype)
+    return np.asarray(array, dtype, order="C")
 
 
 def check(kind: Any, **given: Any) -> None:
     """Whether arguments that are given are of a type."""
     for name, value in given.items():
-        if value is not None and not isinstance(value, kind):
+        if value is not None and not isinstance(value, (bool, np.bool_) if kind is bool else kind):
             raise TypeError(f"{name}: {type(value).__name__}; a {'number' if kind is Real else kind.__name__} is needed")
 
 
@@ -55,7 +56,7 @@ def rows(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
     """Numbers in the shape (…, 3)."""
     array = numbers(argument, given, dtype)
     if array.shape[-1:] != (3,):
-        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape (…, 3) is needed")
+        raise ValueError(f"{argument}: shape {array.shape}; an array of shape (…, 3) is needed")
     return array
 
 
@@ -94,9 +95,11 @@ def samples(robot: Robot, given: Any) -> Samples:
         return _native.read_samples(given)
     frame = framed(given)
     if frame is not None:
-        columns = {name: _column(name, frame[name].to_numpy(), len(frame)) for name in frame.columns}
+        columns = {str(name): _column(str(name), frame[name].to_numpy(), len(frame)) for name in frame.columns}
         return _native.samples_of_columns(robot, "samples", list(columns.items()), None)
-    all_given = [given] if isinstance(given, Mapping) else list(given)
+    all_given = [given] if isinstance(given, Mapping) else given
+    if not isinstance(all_given, (list, tuple)) or not all(isinstance(own, Mapping) for own in all_given):
+        raise TypeError(f"samples: {type(given).__name__}; a file, a frame or a dict of arrays is needed")
     parts = [_table(robot, own) for own in all_given]
     counts = [len(own) for _, own in parts]
     names = dict.fromkeys(name for own, _ in parts for name in own)
@@ -120,6 +123,11 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[dict[str, Any], Arra
     own = {name: value for name, value in given.items() if value is not None}
     if "q" not in own:
         raise ValueError("q: joint angles are needed")
+    for name, reading in _OF.items():
+        if name in own and reading not in own:
+            raise ValueError(f"{name}: is given without {reading}")
+    if "distance" in own and "point" not in own and "to" not in own:
+        raise ValueError("distance: needs point or to, from where it is measured")
     joint = ("q{}_rad" if robot.drive == "rotary" else "s{}_mm").format
     q = _vectors(robot, "q", own["q"])
     count = len(q)
@@ -152,7 +160,7 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[dict[str, Any], Arra
 def _vectors(robot: Robot, argument: str, given: Any) -> Array:
     array = robot._vectors(argument, given)
     if array.ndim != 2:
-        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape (n, 3) is needed")
+        raise ValueError(f"{argument}: shape {array.shape}; an array of shape (n, 3) is needed")
     if argument != "x" and robot.drive == "rotary":
         radians(argument, array)
     return _finite(argument, array)
@@ -178,7 +186,7 @@ def _numbers(argument: str, given: Any, count: int) -> Array:
     if array.size == 1:
         array = np.full(count, array)
     if array.ndim != 1:
-        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape (n,) is needed")
+        raise ValueError(f"{argument}: shape {array.shape}; an array of shape (n,) is needed")
     _check_count(argument, len(array), count)
     return _finite(argument, array)
 
@@ -204,9 +212,10 @@ def _covariances(given: Any, count: int) -> tuple[Array, Array]:
     """σ and shape of the covariance of each row, of σ of its coordinates (n, 3) or of covariances (n, 3, 3)."""
     array = numbers("sigma", given)
     if array.ndim > 3 or array.shape[1:] not in ((3,), (3, 3)):
-        raise ValueError(f"sigma: shape {list(array.shape)}; (n,), (n, 3) or (n, 3, 3) is needed")
+        raise ValueError(f"sigma: shape {array.shape}; (n,), (n, 3) or (n, 3, 3) is needed")
     _check_count("sigma", len(array), count)
-    matrices = array[:, :, None] ** 2 * np.eye(3) if array.ndim == 2 else array
+    # A negative σ is no uncertainty.
+    matrices = (array * np.abs(array))[:, :, None] * np.eye(3) if array.ndim == 2 else array
     square = np.trace(matrices, axis1=1, axis2=2) / 3
     with np.errstate(all="ignore"):
         shapes = matrices / square[:, None, None]
@@ -214,5 +223,5 @@ def _covariances(given: Any, count: int) -> tuple[Array, Array]:
     # As symmetric as rounding leaves it.
     symmetric = np.abs(known - np.swapaxes(known, 1, 2)).max(axis=(1, 2)) < 1e-9
     for row in np.flatnonzero(~(symmetric & (square > 0) & (np.linalg.eigvalsh(known)[:, 0] > 0))):
-        raise ValueError(f"sigma: row {row} is no covariance: symmetric and positive definite")
+        raise ValueError(f"sigma: row {row} is no σ above 0 and no covariance: symmetric and positive definite")
     return np.sqrt(square), shapes

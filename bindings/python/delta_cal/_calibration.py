@@ -228,6 +228,8 @@ def calibrate(
     target: str | Sequence[str] | None = None,
     name: Sequence[str] | None = None,
     noise: Noise | None = None,
+    noise_height: float | None = None,
+    noise_distance: float | None = None,
     tolerance: Tolerance | None = None,
     zero: float | None = None,
     frame: Literal["base", "sensor"] = "base",
@@ -261,6 +263,8 @@ def calibrate(
         Of the rows, for the report.
     noise, tolerance, zero : optional
         In place of the robot's own, as of ``Robot.nominal``.
+    noise_height, noise_distance : float, optional
+        σ of heights and of distances, mm, in place of the robot's own.
     frame : {"base", "sensor"}
         The frame of ``x``; the sensor's may stand anywhere and is found with the parameters.
     method : {"joint", "ikm", "fkm"}, optional
@@ -293,23 +297,29 @@ def calibrate(
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
     check(str, frame=frame, method=method)
-    check(Real, limit=limit)
+    check(Real, limit=limit, noise_height=noise_height, noise_distance=noise_distance)
+    check(bool, robust=robust)
     if not isinstance(robot, (Robot, str, os.PathLike)):
         raise TypeError(f"robot: {type(robot).__name__}; a Robot or a path is needed")
     if not isinstance(robot, Robot) and Path(robot).suffix == ".toml":
         robot = Robot.read(robot)
     if isinstance(robot, Robot):
         for own in printer:
-            raise TypeError(f"{own}: is for a printer's configuration")
+            raise TypeError(f"{own}: is no argument of a robot's calibration")
         if q is None:
             raise ValueError("q: joint angles or samples are needed")
         robot = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
+        for reading, noise_of in (("height", noise_height), ("distance", noise_distance)):
+            if noise_of is not None:
+                if not noise_of > 0:
+                    raise ValueError(f"noise_{reading}: {noise_of}; an uncertainty above 0 mm is needed")
+                robot = robot.replace(noise={f"{reading}_mm": noise_of})
         given = read(robot, q, x, readings)
         with Told(progress, timed=True) as tell:
             found = _native.calibrate(robot, given, frame, method, robust, limit, tell)
     else:
-        others = {**readings, "noise": noise, "tolerance": tolerance, "zero": zero}
-        for own, value in others.items():
+        more = {"noise": noise, "noise_height": noise_height, "noise_distance": noise_distance, "tolerance": tolerance, "zero": zero}
+        for own, value in {**readings, **more}.items():
             if value is not None:
                 raise TypeError(f"{own}: is not for a printer's configuration")
         parts = [file for file in (q, x) if file is not None]

@@ -61,6 +61,8 @@ class Told:
     """What is called with the steps that are done and all, or with the seconds of what has none."""
 
     def __init__(self, progress: bool | Callable[..., object], timed: bool = False) -> None:
+        if not (callable(progress) or isinstance(progress, bool)):
+            raise TypeError(f"progress: {type(progress).__name__}; True, False or a callable is needed")
         self.tell: Callable[..., object] | None = progress if callable(progress) else None
         self.timed = timed
         self.end: Callable[[], object] | None = None

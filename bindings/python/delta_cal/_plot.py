@@ -4,29 +4,13 @@ from __future__ import annotations
 
 import io
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from ._native import Robot
-from ._types import Array, Rows
 
-
-class Calibrated(Protocol):
-    """What is drawn of a calibration."""
-
-    @property
-    def robot(self) -> Robot: ...
-    @property
-    def residuals(self) -> Array: ...
-    @property
-    def lines(self) -> Any: ...
-    def to_dict(self) -> dict[str, Any]: ...
-    def position_covariance(self, q: Rows) -> Array: ...
-
-
-def calibration(result: Calibrated) -> Any:
-    """Changes of the parameters with their σ, residuals of the samples, and σ of positions in a plane."""
+def calibration(result: Any) -> Any:
+    """Of a `Calibration`: changes of the parameters with their σ, residuals of the samples, and σ of positions in a plane."""
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
@@ -75,7 +59,7 @@ def _png(figure: Any) -> bytes:
     return into.getvalue()
 
 
-def _grid(result: Calibrated) -> Any:
+def _grid(result: Any) -> Any:
     """Positions all over the workspace at its middle height."""
     robot = result.robot
     angles = np.linspace(robot.limits[0], robot.limits[1], 12)

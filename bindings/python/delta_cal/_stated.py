@@ -72,10 +72,11 @@ def _noise(given: Any) -> Any:
         raise ValueError(wanted) from None
     if len(axes) not in (1, 3):
         raise ValueError(wanted)
+    _not_degrees("noise", own, 0.2)
     return (axes * 3)[:3], own
 
 
 def _not_degrees(argument: str, angle: float, largest: float) -> None:
-    if angle > largest:
-        degrees = f"σ of {angle:g} rad is {math.degrees(angle):.0f}°, above {largest:g} rad"
+    if angle >= largest:
+        degrees = f"σ of {angle:g} rad is {math.degrees(angle):.0f}°"
         raise ValueError(f"{argument}: {degrees}; angles are radians (numpy.deg2rad converts)")

@@ -151,6 +151,7 @@ def plan(
     """
     check(Robot, robot=robot)
     check(str, measure=measure, frame=frame, within=within, order=order, names=names)
+    check(bool, absolute=absolute)
     check(Real, accuracy=accuracy)
     count, seed = _whole("count", count, 0), _whole("seed", seed, 0)
     with Told(progress) as tell:
@@ -168,6 +169,7 @@ def determined(
     """What samples determine, measured or not (a file of a plan), and which to add: ``delta-cal plan --samples``."""
     check(Robot, robot=robot)
     check(str, frame=frame)
+    check(bool, absolute=absolute)
     return Determined(**_native.determined(robot, samples_of(robot, samples), frame, absolute, _whole("seed", seed, 0)))
 
 
@@ -305,7 +307,7 @@ def export(
     check(Robot, robot=robot, nominal=nominal)
     check(str, target=target)
     check(Real, height=height, limit=limit)
-    joints = None if home is None else several("home", home, 3, "the joints at the end stops")
+    joints = None if home is None else several("home", home, 3, "(q1, q2, q3)")
     return Export(**_native.export(robot, target, nominal, x, joints, height, limit))
 
 
@@ -431,6 +433,7 @@ def simulate(
     n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
     check(Robot, robot=robot)
     check(str, method=method, spread=spread)
+    check(bool, planned=planned)
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
     with Told(progress) as tell:
         table = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)

@@ -60,25 +60,30 @@ robot = dc.Robot.nominal(
 rng = np.random.default_rng(1)
 q = rng.uniform(-0.9, 1.4, (10**6, 3))
 parameters = robot.parameters
-print("| 10⁶ poses | ms | NumPy, ms | times as fast | memory, ms | largest difference |\n| --- | --- | --- | --- | --- | --- |")
+print("| 10⁶ poses | ms | NumPy, ms | arithmetic, ms | memory, ms | times as fast | largest difference |" + "\n|" + 7 * " --- |")
 for number in (np.float64, np.float32):
     angles: NDArray[Any] = q.astype(number)
     of: NDArray[Any] = parameters.astype(number)
     x: NDArray[Any] = robot.forward(angles)
     by_columns, places = columns(angles), columns(x)
-    calls: dict[str, tuple[Callable[[], NDArray[np.float64]], Callable[[], object]]] = {
-        "forward": (lambda: robot.forward(angles), lambda: positions(of, by_columns)),
-        "inverse": (lambda: robot.inverse(x), lambda: joints(of, places)),
-        "jacobian": (lambda: robot.jacobian(angles), lambda: derivatives(of, by_columns)),
+    calls: dict[str, tuple[Callable[[Any], NDArray[Any]], NDArray[Any], Callable[[], object]]] = {
+        "forward": (robot.forward, angles, lambda: positions(of, by_columns)),
+        "inverse": (robot.inverse, x, lambda: joints(of, places)),
+        "jacobian": (robot.jacobian, angles, lambda: derivatives(of, by_columns)),
     }
-    for name, (call, formula) in calls.items():
-        found, expected = call(), np.moveaxis(np.array(formula()), -1, 0)
+    for name, (call, rows, formula) in calls.items():
+        found, expected = call(rows), np.moveaxis(np.array(formula()), -1, 0)
         expected = np.swapaxes(expected, -1, -2) if name == "jacobian" else expected
-        own, numpy = best(20, call)[1], best(5, formula)[1]
-        # What the input takes to be read and the result to be written.
-        memory = best(20, lambda: (angles.sum(), np.full_like(found, 1.0)))[1]
+        own, numpy = best(20, lambda: call(rows))[1], best(5, formula)[1]
+        # Rows that the processor's cache holds, less what a call costs; and what the input takes to be read and the result
+        # to be written.
+        few, none = (best(20, lambda: [call(rows[:count]) for _ in range(100)])[1] for count in (1984, 0))
+        arithmetic = (few - none) / 100 * len(rows) / 1984
+        memory = best(20, lambda: (rows.sum(), np.full_like(found, 1.0)))[1]
         difference = np.nanmax(np.abs(found - expected))
-        print(f"| {name}, {number.__name__} | {1e3 * own:.1f} | {1e3 * numpy:.0f} | {numpy / own:.1f} | {1e3 * memory:.1f} | {difference:.0e} |")
+        times = [own, numpy, arithmetic, memory]
+        figures = " | ".join(f"{1e3 * one:.1f}" for one in times)
+        print(f"| {name}, {number.__name__} | {figures} | {numpy / own:.1f} | {difference:.0e} |")
 jacobian = best(3, lambda: robot.parameter_jacobian(q))
 print(f"parameter Jacobian, 10⁶ poses: {jacobian[0]:.2f} s ({jacobian[1]:.2f} s of processors)")
 

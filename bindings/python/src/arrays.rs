@@ -4,6 +4,8 @@ use crate::errors::value_error;
 use crate::files::call_python;
 use crate::lanes::{Kernel, LANES, Lanes, Room, fill as fill_lanes};
 use crate::wide::Lane;
+use delta_cal_host::RobotFile;
+use delta_cal_host::files::robot_file::Tool;
 use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
     Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods, dtype,
@@ -51,22 +53,16 @@ pub(crate) fn array<'py, N: Element>(
 }
 
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
-/// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all but the rows that are not
-/// clear to it. `angles`: the rows are joint angles.
-pub(crate) fn each_row<
-    'py,
-    N: Element + Lane + Into<f64>,
-    const WIDTH: usize,
-    K: Kernel<WIDTH>,
-    E: Display,
->(
-    py: Python<'py>,
+/// NaN, or with `raise` an error that names it. From `LANES` rows on the kernel computes all of `several` but the rows that
+/// are not clear to it. `angles`: the rows are joint angles.
+pub(crate) fn each_row<'py, N: Element + Lane, const WIDTH: usize, K: Kernel<WIDTH>, E: Display>(
     (argument, rows, angles): (&str, &Bound<'py, PyAny>, bool),
     each: &[usize],
     raise: bool,
-    kernel: Option<Lanes<N>>,
+    several: Option<(&RobotFile, &Tool)>,
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let py = rows.py();
     let given: PyReadonlyArrayDyn<'py, N> = rows.extract()?;
     let (from, _) = given.as_slice()?.as_chunks::<3>();
     let outer = given
@@ -80,7 +76,8 @@ pub(crate) fn each_row<
     let array = array.cast_into::<PyArrayDyn<N>>()?;
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
-    let kernel = kernel.filter(|_| from.len() >= LANES);
+    let several = several.filter(|_| from.len() >= LANES);
+    let kernel = several.and_then(|(robot, point)| Lanes::of(robot, point));
     // Joints that the kernel finds clear are within the limits.
     let degrees = AtomicBool::new(false);
     let exact = |into: &mut [N; WIDTH], row: &[N; 3]| {

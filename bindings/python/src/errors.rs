@@ -2,12 +2,16 @@
 
 use crate::files::call_python;
 use delta_cal_host::{CalibrateError, InputError};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use std::fmt::Display;
 
 /// What the command's messages call its options, where an argument is not called the same.
-const WORDS: [(&str, &str); 9] = [
+const WORDS: [(&str, &str); 10] = [
+    (
+        "`delta-cal init --output -` prints a robot file with every key (with towers, add --kind linear)",
+        "docs/instruments.md lists all keys",
+    ),
     (
         "state zero_deg in [tolerance], how many degrees",
         "state zero, how many radians",
@@ -50,6 +54,11 @@ pub(crate) fn in_python(text: impl Display) -> String {
 /// An argument that cannot be used.
 pub(crate) fn value_error(argument: &str, cause: impl Display) -> PyErr {
     PyValueError::new_err(format!("{argument}: {cause}"))
+}
+
+/// An argument of another type.
+pub(crate) fn type_error(argument: &str, cause: impl Display) -> PyErr {
+    PyTypeError::new_err(format!("{argument}: {cause}"))
 }
 
 /// A length above 0.

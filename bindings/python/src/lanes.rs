@@ -18,7 +18,7 @@ use delta_cal_host::files::convention::Convention;
 use delta_cal_host::files::robot_file::Tool;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::marker::PhantomData;
 
 /// Poses that are computed with one call.
@@ -33,7 +33,8 @@ pub(crate) fn margin(robot: &RobotFile) -> f64 {
 }
 
 /// A robot whose joints are exact and whose platform does not tilt, in the axes and with the joints of its convention: there
-/// the same formulas hold, as only signs differ.
+/// the same formulas hold, as only signs differ. Joints count from the middle of the limits, where angles within these are
+/// right ones at most.
 pub(crate) struct Lanes<N> {
     arms: [ArmNumbers<N>; 3],
     up: [N; 3],
@@ -62,13 +63,19 @@ fn numbers<N: Lane>(vector: Vector3<f64>) -> Vector<N> {
 type Turn<N> = [N; 2];
 
 impl<N: Lane> ArmNumbers<N> {
-    fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>) -> Self {
+    fn of(arm: &Arm<f64>, convention: &Convention, place: &Vector3<f64>, middle: f64) -> Self {
         let (basis, sense) = (arm.basis(), convention.sense());
         let (speed, lb) = (basis.v.norm(), arm.lb());
+        let (d, u, v) = (arm.d() + place, basis.u, basis.v * sense);
+        let (sine, cosine) = middle.sin_cos();
+        let (d, u, v) = match arm.drive() {
+            Drive::Rotary => (d, u * cosine + v * sine, v * cosine - u * sine),
+            Drive::Linear => (d + v * middle, u, v),
+        };
         Self {
-            d: numbers(convention.vector(&(arm.d() + place))),
-            u: numbers(convention.vector(&basis.u)),
-            v: numbers(convention.vector(&(basis.v * sense))),
+            d: numbers(convention.vector(&d)),
+            u: numbers(convention.vector(&u)),
+            v: numbers(convention.vector(&v)),
             lb: N::of(lb),
             speed: N::of(speed * sense),
             offset: N::of((speed * speed - lb * lb) / 2.0),
@@ -101,7 +108,7 @@ impl<N: Lane> ArmNumbers<N> {
         let long = self.lb * self.lb;
         let (least, nearly) = (
             N::of(N::CLEAR * N::CLEAR),
-            N::of(0.01 * N::CLEAR * N::CLEAR),
+            N::of(0.04 * N::CLEAR * N::CLEAR),
         );
         let w = less(x, self.d);
         let (a, b) = (dot(w, self.u), dot(w, self.v));
@@ -148,31 +155,26 @@ impl<N: Lane> Lanes<N> {
         let (low, high) = file
             .convention
             .limits(file.limits.minimum(), file.limits.maximum());
+        let middle = N::of(f64::midpoint(low, high));
         // More than a turn is no angle in radians.
         let most = match file.robot.drive() {
-            Drive::Rotary => TAU,
+            Drive::Rotary => FRAC_PI_2.min(TAU - middle.into().abs()),
             Drive::Linear => f64::INFINITY,
         };
-        let (low, high) = (
-            (low - margin(file)).max(-most),
-            (high + margin(file)).min(most),
-        );
         Some(Self {
             arms: arms
                 .each_ref()
-                .map(|own| ArmNumbers::of(own, &file.convention, &point.place)),
+                .map(|own| ArmNumbers::of(own, &file.convention, &point.place, middle.into())),
             up: numbers(file.convention.vector(&file.robot.up())),
             linear: file.robot.drive() == Drive::Linear,
-            range: [f64::midpoint(low, high), (high - low) / 2.0].map(N::of),
+            range: [middle, N::of(most.min((high - low) / 2.0 + margin(file)))],
         })
     }
 
-    /// Whether the joints are within the limits.
+    /// Whether the joints, from the middle, are within the limits.
     #[inline(always)]
     fn within(&self, [q1, q2, q3]: Vector<N>) -> bool {
-        let [middle, far] = self.range;
-        let off = less([q1, q2, q3], [middle; 3]);
-        off[0].size().larger(off[1].size()).larger(off[2].size()) < far
+        q1.size().larger(q2.size()).larger(q3.size()) < self.range[1]
     }
 
     #[inline(always)]
@@ -205,7 +207,7 @@ impl<N: Lane> Lanes<N> {
             // Without branches.
             clear: (normal_squared > squared2 * squared3 * clear)
                 & (height_squared > long1 * clear)
-                & self.within(q),
+                & self.within(less(q, [self.range[0]; 3])),
         }
     }
 }
@@ -232,11 +234,12 @@ impl<N: Lane> Room<N> {
 pub(crate) trait Kernel<const WIDTH: usize>: Sync {
     /// The joint of an arm.
     #[inline(always)]
-    fn turn<N: Lane, const LINEAR: bool>(_: &Lanes<N>, arm: usize, q: Vector<N>) -> Turn<N> {
+    fn turn<N: Lane, const LINEAR: bool>(own: &Lanes<N>, arm: usize, q: Vector<N>) -> Turn<N> {
+        let joint = q[arm] - own.range[0];
         if LINEAR {
-            return [q[arm], N::default()];
+            return [joint, N::default()];
         }
-        q[arm].sine_cosine()
+        joint.sine_cosine()
     }
 
     /// The function, and whether it holds of the pose.
@@ -299,13 +302,12 @@ fn rows<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
         found,
     } = room;
     for lane in 0..LANES {
-        for place in 0..3 {
-            columns[place][lane] = from[lane][place];
-        }
+        let from = from[lane];
+        [columns[0][lane], columns[1][lane], columns[2][lane]] = from;
+        [turns1[0][lane], turns1[1][lane]] = K::turn::<N, LINEAR>(own, 0, from);
+        [turns2[0][lane], turns2[1][lane]] = K::turn::<N, LINEAR>(own, 1, from);
+        [turns3[0][lane], turns3[1][lane]] = K::turn::<N, LINEAR>(own, 2, from);
     }
-    joints::<K, N, WIDTH, LINEAR>(own, 0, columns, turns1);
-    joints::<K, N, WIDTH, LINEAR>(own, 1, columns, turns2);
-    joints::<K, N, WIDTH, LINEAR>(own, 2, columns, turns3);
     let mut all = true;
     for lane in 0..LANES {
         let from = [columns[0][lane], columns[1][lane], columns[2][lane]];
@@ -318,31 +320,24 @@ fn rows<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
         all &= clear;
         values[0] = if clear { values[0] } else { N::nan() };
         for place in 0..WIDTH {
-            found[place][lane] = values[place];
+            if WIDTH > 3 {
+                found[place][lane] = values[place];
+            } else {
+                into[lane][place] = values[place];
+            }
         }
     }
-    // Copied as a whole: memory takes long stores faster.
-    let mut rows = [[N::default(); WIDTH]; LANES];
-    for lane in 0..LANES {
-        for place in 0..WIDTH {
-            rows[lane][place] = found[place][lane];
+    if WIDTH > 3 {
+        // Copied as a whole: memory takes long stores faster.
+        let mut rows = [[N::default(); WIDTH]; LANES];
+        for lane in 0..LANES {
+            for place in 0..WIDTH {
+                rows[lane][place] = found[place][lane];
+            }
         }
+        into.copy_from_slice(&rows);
     }
-    into.copy_from_slice(&rows);
     all
-}
-
-#[inline(always)]
-fn joints<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
-    own: &Lanes<N>,
-    arm: usize,
-    columns: &[[N; LANES]; 3],
-    into: &mut [[N; LANES]; 2],
-) {
-    for lane in 0..LANES {
-        let from = [columns[0][lane], columns[1][lane], columns[2][lane]];
-        [into[0][lane], into[1][lane]] = K::turn::<N, LINEAR>(own, arm, from);
-    }
 }
 
 /// No pose is clear.
@@ -398,13 +393,14 @@ impl Kernel<3> for Inverse {
         // The platform hangs below the plane of the elbows.
         let normal = cross(edge2, edge3);
         let depth = dot(less(b1, x), normal).signed_by(dot(normal, own.up));
-        let mut q = x;
+        let mut off = x;
         for arm in 0..3 {
             let [sine, cosine] = turns[arm];
-            q[arm] = if LINEAR { sine } else { sine.angle_of(cosine) };
+            off[arm] = if LINEAR { sine } else { sine.angle_of(cosine) };
         }
         let least = arm1.lb * arm1.lb * arm1.lb * N::of(N::CLEAR);
-        (q, (depth > least) & own.within(q))
+        let clear = (depth > least) & own.within(off);
+        (less(off, [-own.range[0]; 3]), clear)
     }
 }
 

@@ -1,9 +1,9 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{array, each_row, in_numpy};
-use crate::errors::{input_error, length, value_error};
+use crate::errors::{input_error, length, type_error, value_error};
 use crate::files::{bytes_of, loads, sha256, write};
-use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
+use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, margin};
 use crate::stated::{Stated, arms_of, limits_of, merge, tolerance_of, with_transmissions};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::{Arm, Drive};
@@ -15,10 +15,11 @@ use delta_cal_host::geometry::hangs_below;
 use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
-use std::fmt;
+use std::error::Error;
 
 /// A Delta robot: geometry, joint limits, convention, tolerance, noise.
 ///
@@ -41,27 +42,7 @@ pub(crate) struct Robot {
 }
 
 /// Why a row has no pose.
-enum NoPose {
-    Kinematics(KinematicsError),
-    Limits,
-    AboveElbows,
-}
-
-impl fmt::Display for NoPose {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Kinematics(error) => error.fmt(formatter),
-            Self::Limits => formatter.write_str("a joint is outside its limits"),
-            Self::AboveElbows => formatter.write_str("the platform would be above its elbows"),
-        }
-    }
-}
-
-impl From<KinematicsError> for NoPose {
-    fn from(error: KinematicsError) -> Self {
-        Self::Kinematics(error)
-    }
-}
+type NoPose = Box<dyn Error>;
 
 impl Robot {
     /// Of the text of a robot file.
@@ -180,39 +161,56 @@ impl Robot {
             "nan" => false,
             _ => return Err(value_error("errors", "\"nan\" or \"raise\" is needed")),
         };
-        let (py, angles) = (
-            given.py(),
-            argument != "x" && self.file.robot.drive() == Drive::Rotary,
-        );
+        let angles = argument != "x" && self.file.robot.drive() == Drive::Rotary;
+        let several = point.map(|own| (&self.file, own));
         if given.cast::<PyArrayDyn<f32>>().is_ok() {
-            let rows = in_numpy(py, "rows", (argument, given, "float32"))?;
-            let rows = (argument, &rows, angles);
+            let rows = in_numpy(given.py(), "rows", (argument, given, "float32"))?;
             return each_row::<f32, WIDTH, K, _>(
-                py,
-                rows,
+                (argument, &rows, angles),
                 shape,
                 raise,
-                point.and_then(|own| Lanes::of(&self.file, own)),
+                several,
                 compute,
             );
         }
         let rows = self.vectors(argument, given)?;
-        each_row::<f64, WIDTH, K, _>(
-            py,
-            (argument, &rows, angles),
-            shape,
-            raise,
-            point.and_then(|own| Lanes::of(&self.file, own)),
-            compute,
-        )
+        each_row::<f64, WIDTH, K, _>((argument, &rows, angles), shape, raise, several, compute)
+    }
+
+    /// Derivatives of positions by the 24 parameters, row by row, and where there is room by the 15 numbers of transmissions.
+    fn by_parameters<'py, const WIDTH: usize>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        errors: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (convention, robot) = (self.file.convention, &self.file.robot);
+        let (axes, signs) = (convention.axes(), convention.signs());
+        let (numbers, columns) = (convention.transmission([1.0; 5]), WIDTH / 3);
+        self.each::<Exact, WIDTH>(("q", q), &[3, columns], errors, None, |q| {
+            let q = convention.directed(q);
+            let x = self.pose(&q)?;
+            let own = robot.platform_jacobian(&x, &q)?.by_parameters;
+            let more = robot.by_transmissions(&x, &q)?;
+            Ok(std::array::from_fn(|place| {
+                let (row, column) = (place / columns, place % columns);
+                let own = match column.checked_sub(24) {
+                    None => signs[column % 8] * own[column / 8][(row, column % 8)],
+                    Some(number) => numbers[number % 5] * more[(row, number)],
+                };
+                axes[row] * own
+            }))
+        })
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
-        let at = self.file.robot.forward(q)?;
+        self.within_limits(q, self.file.robot.forward(q)?)
+    }
+
+    fn within_limits<T>(&self, q: &[f64; 3], found: T) -> Result<T, NoPose> {
         if outside(&self.file, q) {
-            return Err(NoPose::Limits);
+            return Err("a joint is outside its limits".into());
         }
-        Ok(at)
+        Ok(found)
     }
 
     /// The platform point, a target by name, or a point at these coordinates.
@@ -268,22 +266,28 @@ impl Robot {
     )]
     fn nominal<'py>(
         py: Python<'py>,
-        base_radius: f64,
-        platform_radius: f64,
-        upper_arm: f64,
-        forearm: f64,
+        base_radius: &Bound<'py, PyAny>,
+        platform_radius: &Bound<'py, PyAny>,
+        upper_arm: &Bound<'py, PyAny>,
+        forearm: &Bound<'py, PyAny>,
         limits: &Bound<'py, PyAny>,
         stated: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
-        let robot = SymmetricRobot {
-            base_radius: length("base_radius", base_radius)?,
-            platform_radius: length("platform_radius", platform_radius)?,
-            upper_arm: length("upper_arm", upper_arm)?,
-            forearm: length("forearm", forearm)?,
+        let of = |argument, given: &Bound<'py, PyAny>| {
+            let own = given
+                .extract()
+                .map_err(|_| type_error(argument, "a number is needed"))?;
+            length(argument, own)
         };
-        let robot = robot.robot().map_err(|error| value_error("robot", error))?;
+        let sheet = SymmetricRobot {
+            base_radius: of("base_radius", base_radius)?,
+            platform_radius: of("platform_radius", platform_radius)?,
+            upper_arm: of("upper_arm", upper_arm)?,
+            forearm: of("forearm", forearm)?,
+        };
+        let robot = sheet.robot().map_err(|error| value_error("robot", error))?;
         let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
-        file.platform_radius = Some(platform_radius);
+        file.platform_radius = Some(sheet.platform_radius);
         Self::of_file(&file, "")?.with(Stated::of(py, stated, &[("limits", limits)])?)
     }
 
@@ -320,37 +324,32 @@ impl Robot {
         };
         let more = [("parameters", parameters), ("limits", limits)];
         let stated = Stated::of(py, stated, &more)?;
-        let Some(parameters) = &stated.parameters else {
-            return Err(value_error(
-                "parameters",
-                "an array of shape (3, 8) is needed",
-            ));
-        };
-        let arms = arms_of(&Convention::usual(drive), parameters);
+        let parameters = stated.parameters.unwrap_or_default();
+        let arms = arms_of(&Convention::usual(drive), &parameters);
         let fault = |error| value_error("parameters", error);
-        let robot = match drive {
+        match (drive, arms.iter().position(|arm| arm[6] != 0.0)) {
             // Upper arms of 1 mm are the scales of linear drives.
-            Drive::Rotary
-                if arms
-                    .iter()
-                    .all(|arm| arm[6] == 0.0 && (arm[5] - 1.0).abs() < 0.5) =>
-            {
+            (Drive::Rotary, None) if arms.iter().all(|arm| (arm[5] - 1.0).abs() < 0.5) => {
                 let cause = "these are the parameters of linear drives; drive=\"linear\" is needed";
                 return Err(value_error("parameters", cause));
             }
-            Drive::Rotary => Geometry::from_parameters(arms).map_err(fault)?,
-            Drive::Linear => {
-                if let Some(arm) = arms.iter().position(|arm| arm[6] != 0.0) {
-                    let cause = format!("[{arm}, 6] is not 0; linear drives have seven parameters");
-                    return Err(value_error("parameters", cause));
-                }
-                let arm = |index: usize| {
-                    let [a, b, c, d, e, f, _, h] = arms[index];
-                    Arm::linear([a, b, c, d, e, f, h]).map_err(fault)
-                };
-                Geometry::new([arm(0)?, arm(1)?, arm(2)?]).map_err(fault)?
+            (Drive::Linear, Some(arm)) => {
+                let cause = format!("[{arm}, 6] is not 0; linear drives have seven parameters");
+                return Err(value_error("parameters", cause));
             }
+            _ => {}
+        }
+        let arm = |own: [f64; 8]| match (drive, own) {
+            (Drive::Rotary, own) => Arm::new(own),
+            (Drive::Linear, [a, b, c, d, e, f, _, h]) => Arm::linear([a, b, c, d, e, f, h]),
         };
+        let [one, two, three] = arms.map(arm);
+        let robot = Geometry::new([
+            one.map_err(fault)?,
+            two.map_err(fault)?,
+            three.map_err(fault)?,
+        ]);
+        let robot = robot.map_err(fault)?;
         let file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, drive)?);
         Self::of_file(&file, "")?.with(stated)
     }
@@ -439,11 +438,7 @@ impl Robot {
         let (convention, point) = (self.file.convention, self.point(target)?);
         self.each::<Forward, 3>(("q", q), &[3], errors, Some(&point), |q| {
             let q = convention.directed(q);
-            let at = match point.parallelograms {
-                None => self.pose(&q)? + point.place,
-                Some(_) if outside(&self.file, &q) => return Err(NoPose::Limits),
-                Some(_) => point.position(&self.file.robot, &q)?,
-            };
+            let at = self.within_limits(&q, point.position(&self.file.robot, &q)?)?;
             Ok(convention.vector(&at).into())
         })
     }
@@ -475,11 +470,9 @@ impl Robot {
         self.each::<Inverse, 3>(("x", x), &[3], errors, Some(&point), |x| {
             let x = convention.vector(&Vector3::from(*x));
             let (q, platform) = point.joints(robot, &x)?;
-            if outside(&self.file, &q) {
-                return Err(NoPose::Limits);
-            }
+            self.within_limits(&q, ())?;
             if !hangs_below(robot, &platform, &q) {
-                return Err(NoPose::AboveElbows);
+                return Err("the platform would be above its elbows".into());
             }
             Ok(convention.directed(&q))
         })
@@ -531,35 +524,11 @@ impl Robot {
         transmissions: bool,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (convention, robot) = (self.file.convention, &self.file.robot);
-        let (axes, signs) = (convention.axes(), convention.signs());
-        let of_numbers = convention.transmission([1.0; 5]);
-        let by_parameters = |q: &[f64; 3]| {
-            let q = convention.directed(q);
-            let x = self.pose(&q)?;
-            let own = robot.platform_jacobian(&x, &q)?;
-            let at = move |row: usize, column: usize| {
-                axes[row] * signs[column % 8] * own.by_parameters[column / 8][(row, column % 8)]
-            };
-            Ok::<_, NoPose>((x, q, at))
-        };
-        if !transmissions {
-            return self.each::<Exact, 72>(("q", q), &[3, 24], errors, None, |q| {
-                let (_, _, at) = by_parameters(q)?;
-                Ok(std::array::from_fn(|place| at(place / 24, place % 24)))
-            });
+        if transmissions {
+            self.by_parameters::<117>(q, errors)
+        } else {
+            self.by_parameters::<72>(q, errors)
         }
-        self.each::<Exact, 117>(("q", q), &[3, 39], errors, None, |q| {
-            let (x, q, at) = by_parameters(q)?;
-            let more = robot.by_transmissions(&x, &q)?;
-            Ok(std::array::from_fn(|place| {
-                let (row, column) = (place / 39, place % 39);
-                match column.checked_sub(24) {
-                    None => at(row, column),
-                    Some(number) => axes[row] * of_numbers[number % 5] * more[(row, number)],
-                }
-            }))
-        })
     }
 
     /// ∂x/∂n of the twelve numbers of the arms' rods, to first order, at a point of the platform, mm: array (…, 3, 12), mm per
@@ -601,7 +570,7 @@ impl Robot {
         }
         let names = frame.getattr("columns")?.try_iter()?;
         let names = names
-            .map(|name| name?.extract())
+            .map(|name| Ok(name?.str()?.to_string()))
             .collect::<PyResult<Vec<_>>>()?;
         in_numpy(py, "in_units", (&frame, self.columns(argument, &names)?))
     }
@@ -642,11 +611,11 @@ impl Robot {
         let [x, y, z] = own.position_by_axis();
         let alike = [y, z].iter().all(|own| own.to_bits() == x.to_bits());
         let position = if alike {
-            x.into_pyobject(py)?.into_any()
+            x.into_bound_py_any(py)
         } else {
-            (x, y, z).into_pyobject(py)?.into_any()
+            (x, y, z).into_bound_py_any(py)
         };
-        Ok(Some((position, own.joint())))
+        Ok(Some((position?, own.joint())))
     }
 
     /// The errors of the joints: array (3, 5), a row an arm. The arm's angle is q + gain q + cos cos q + sin sin q +

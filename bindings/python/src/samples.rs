@@ -1,6 +1,6 @@
 //! Samples: files, frames and arrays as tables, which the reader of samples files reads.
 
-use crate::arrays::array;
+use crate::arrays::{array, with_cores};
 use crate::errors::{calibrate_error, in_rows, input_error, value_error};
 use crate::files::{bytes_of, dict, plain, sha256};
 use crate::robot::Robot;
@@ -138,7 +138,7 @@ impl Samples {
     ///     `q` (n, 3) radians; `x` (n, 3), `height` (n,) and `distance` (n,) mm, NaN where nothing was read; `line` (n,)
     ///     of the file, or the index of the row of arrays.
     fn arrays<'py>(&self, py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyDict>> {
-        let readings = self.readings(robot, Options::default());
+        let readings = with_cores(py, || self.readings(robot, Options::default()))?;
         let readings = readings.map_err(|error| calibrate_error(py, &error, self.in_arrays))?;
         let convention = robot.file.convention;
         let rows = &readings.rows;

@@ -1,6 +1,6 @@
 //! What is stated of a robot: arguments, which `delta_cal/_stated.py` prepares, to what its file holds.
 
-use crate::errors::value_error;
+use crate::errors::{type_error, value_error};
 use crate::files::call_python;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, Transmission};
@@ -46,6 +46,9 @@ impl Stated {
     ) -> PyResult<Self> {
         let all = given.map_or_else(|| Ok(PyDict::new(py)), PyDictMethods::copy)?;
         for (name, own) in more {
+            if own.is_none() {
+                return Err(type_error(name, "None; numbers are needed"));
+            }
             all.set_item(name, own)?;
         }
         call_python(py, "_stated", "stated", (all,))?.extract()
@@ -75,7 +78,7 @@ pub(crate) fn tolerance_of(
 ) -> PyResult<Tolerance<f64>> {
     let [arm, ..] = file.robot.arms();
     if length > arm.lb() {
-        let cause = format!("σ of {length} mm is longer than the forearm");
+        let cause = format!("σ of {length:?} mm is longer than the forearm");
         return Err(value_error("tolerance", cause));
     }
     let new = Tolerance::new(length, angle).map_err(|error| value_error("tolerance", error))?;

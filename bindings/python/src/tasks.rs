@@ -113,7 +113,7 @@ pub(crate) fn determined<'py>(
         seed,
         ..PlanRequest::new(&robot.file, Wishes::only(Kind::XYZ), LEAST)
     };
-    let file = Planned::read(&samples.text, &robot.file);
+    let file = with_cores(py, || Planned::read(&samples.text, &robot.file))?;
     let file = file.map_err(|error| input_error(&error, false))?;
     let unmeasured = file.unmeasured.iter();
     let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();

@@ -18,17 +18,14 @@ pub(crate) trait Lane:
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
+    + Into<f64>
 {
     /// Sum of c x^k, the highest power first: (sin x − x) / x³ and (cos x − 1 + x²/2) / x⁴ over x² for x up to π/2, and
     /// (asin x − x) / x³ for x up to sin(π/8), with the smallest greatest error (Remez). Of four million numbers each, sines
-    /// and cosines are within 1.2 units in the last place of 1 of libm's, angles up to π within 2.5, in both types.
+    /// and cosines are within 1.2 units in the last place of 1 of libm's, angles up to π/2 within 2.5, in both types.
     const SINE: &'static [f64];
     const COSINE: &'static [f64];
     const ARCSINE: &'static [f64];
-    /// Added to a small number, leaves the nearest whole number in the lowest bits.
-    const WHOLE: f64;
-    /// π, and what this type leaves of it.
-    const PI: [f64; 2];
     /// A pose is this far from every singularity, as a sine.
     const CLEAR: f64;
 
@@ -71,43 +68,29 @@ pub(crate) trait Lane:
         sums[1 - even].times(self, sums[even])
     }
 
-    /// Sine and cosine of up to some turns: of what is left of half turns.
+    /// Sine and cosine of up to a right angle.
     #[inline(always)]
     fn sine_cosine(self) -> [Self; 2] {
-        let [pi, rest] = Self::PI;
-        let (whole, half, one) = (Self::of(Self::WHOLE), Self::of(0.5), Self::of(1.0));
-        let halves = self.times(Self::of(1.0 / pi), whole) - whole;
-        let rest = halves.times(Self::of(-rest), halves.times(Self::of(-pi), self));
-        // Of an odd number of half turns −1.
-        let turns = halves.times(half, whole) - whole;
-        let odd = turns.times(Self::of(-2.0), halves).size();
-        let sign = odd.times(Self::of(-2.0), one);
-        let square = rest * rest;
-        let sine = (rest * square).times(square.polynomial(Self::SINE), rest);
-        let first = square.times(-half, one);
+        let square = self * self;
+        let sine = (self * square).times(square.polynomial(Self::SINE), self);
+        let first = square.times(Self::of(-0.5), Self::of(1.0));
         let cosine = (square * square).times(square.polynomial(Self::COSINE), first);
-        [sine * sign, cosine * sign]
+        [sine, cosine]
     }
 
-    /// The angle of which these are sine and cosine.
+    /// The angle of which these are sine and cosine: up to a right one, and some obtuse one for each obtuse one.
     #[inline(always)]
     fn angle_of(self, cosine: Self) -> Self {
-        use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI};
-        let (height, width) = (self.size(), cosine.size());
-        let (small, large) = (height.smaller(width), height.larger(width));
+        use std::f64::consts::{FRAC_PI_2, FRAC_PI_8};
+        let height = self.size();
+        let (small, large) = (height.smaller(cosine), height.larger(cosine));
         // Of angles up to 45° from half of that.
         let (sine_8, cosine_8) = FRAC_PI_8.sin_cos();
         let y = small.times(Self::of(cosine_8), large * Self::of(-sine_8));
         let square = y * y;
         let angle = (y * square).times(square.polynomial(Self::ARCSINE), y) + Self::of(FRAC_PI_8);
         let steep = Self::of(FRAC_PI_2) - angle;
-        let angle = if height > width { steep } else { angle };
-        let obtuse = Self::of(PI) - angle;
-        let angle = if cosine < Self::of(0.0) {
-            obtuse
-        } else {
-            angle
-        };
+        let angle = if height > cosine { steep } else { angle };
         angle.signed_by(self)
     }
 }
@@ -156,8 +139,6 @@ lane! { f64 {
         2.237_765_592_503_623_2e-2, 3.038_170_789_244_929_5e-2, 4.464_286_304_065_701e-2, 7.499_999_992_484_701e-2,
         1.666_666_666_670_226_3e-1,
     ];
-    const WHOLE: f64 = 6_755_399_441_055_744.0;
-    const PI: [f64; 2] = [std::f64::consts::PI, 1.224_646_799_147_353_2e-16];
     const CLEAR: f64 = 0.002;
 } }
 
@@ -165,8 +146,6 @@ lane! { f32 {
     const SINE: &'static [f64] = &[2.600_039_5e-6, -1.980_660_8e-4, 8.333_017e-3, -1.666_665_7e-1];
     const COSINE: &'static [f64] = &[-2.619_368e-7, 2.476_93e-5, -1.388_856_9e-3, 4.166_665_6e-2];
     const ARCSINE: &'static [f64] = &[4.086_22e-2, 4.314_309e-2, 7.508_478e-2, 1.666_651e-1];
-    const WHOLE: f64 = 12_582_912.0;
-    const PI: [f64; 2] = [3.141_592_741_012_573_2, -8.742_278_000_372_48e-8];
     const CLEAR: f64 = 0.01;
 } }
 

@@ -294,6 +294,8 @@ def test_what_is_stated_takes_the_place_of_the_robot_s(robot, measured):
     stated = dc.calibrate(robot.replace(tolerance=(5.0, 0.05)), q, x, tolerance=(0.5, 3.5e-3), noise=(0.02, 3.5e-5))
     np.testing.assert_array_equal(stated.parameters, dc.calibrate(robot, q, x).parameters)
     assert dc.calibrate(robot, q, x, zero=0.1).before.zero == pytest.approx(0.1)
+    noise = dc.calibrate(robot, q, x, noise_height=0.03, noise_distance=0.04).before.to_dict()["noise"]
+    assert (noise["height_mm"], noise["distance_mm"]) == (0.03, 0.04)
     assert dc.calibrate(robot, q, x, limit=0.1).to_dict()["acceptance"]["passed"]
 
 
@@ -336,16 +338,25 @@ FAULTS = [
     (lambda q, x: (q, x), {"method": "newton"}, "method: "),
     (lambda q, x: (q, x), {"noise": 0.02}, "noise: "),
     (lambda q, x: (q, x), {"tolerance": (0, 0.1)}, "tolerance: "),
-    (lambda q, x: (q, x), {"tolerance": (0.5, 0.21)}, "tolerance: .*radians"),
+    (lambda q, x: (q, x), {"tolerance": (0.5, 0.2)}, "tolerance: .*radians"),
     (lambda q, x: (q, x), {"tolerance": (1e155, 0.1)}, "tolerance: .*forearm"),
     (lambda q, x: (q, x), {"zero": 6}, "zero: .*radians"),
-    (lambda q, x: (q, x), {"plane": ["a"]}, "plane: 1 rows, and q has 40"),
+    (lambda q, x: (q, x), {"target": ["a"]}, "target: 1 rows, and q has 40"),
     (lambda q, x: (q,), {"height": 1.0, "plane": "a,b"}, "plane: row 0: a word"),
     (lambda q, x: (q,), {"height": "high"}, "height: dtype"),
+    (lambda q, x: (q, x), {"plane": "table"}, "plane: is given without height"),
+    (lambda q, x: (q, x), {"point": "socket"}, "point: is given without distance"),
+    (lambda q, x: (q,), {"distance": 400.0}, "distance: needs point or to"),
+    (lambda q, x: (q, x), {"noise_height": -1}, "noise_height: -1"),
+    (lambda q, x: (q, x), {"noise_plane": 1}, "noise_plane: is no argument"),
+    (lambda q, x: (q, x), {"robust": "yes"}, "robust: str; a bool"),
+    (lambda q, x: (q, x), {"progress": 3}, "progress: int"),
+    (lambda q, x: (pd.DataFrame(np.hstack([q, x])),), {}, "samples"),
     (lambda q, x: ([{"q": q, "x": x[1:]}],), {}, "x: 39 rows, and q has 40"),
     (lambda q, x: (q, x), {"limit": -1}, "limit: "),
-    (lambda q, x: (q, x), {"sigma": np.tile(np.ones((3, 3)), (40, 1, 1))}, "sigma: row 0 is no covariance"),
+    (lambda q, x: (q, x), {"sigma": np.tile(np.ones((3, 3)), (40, 1, 1))}, "sigma: row 0 is no .* covariance"),
     (lambda q, x: (q, x), {"sigma": np.ones((39, 3))}, "sigma: 39 rows, and q has 40"),
+    (lambda q, x: (q, x), {"sigma": np.full((40, 3), -0.02)}, "sigma: row 0 is no σ above 0"),
     (lambda q, x: (q, x), {"sigma": np.arange(40)}, "sigma: row 0: 0.0; an uncertainty above 0"),
     (lambda q, x: (q, x), {"method": "joint", "frame": "sensor"}, '(?s)method="joint".*method="fkm"'),
     (lambda q, x: (pd.DataFrame({"q1_deg": [1.0]}),), {}, "samples.*q2_deg"),

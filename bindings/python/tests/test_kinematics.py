@@ -162,12 +162,13 @@ def test_frames_by_the_names_of_their_columns(frame):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: ROBOT.forward([[1, 2]]), r"q: shape \[1, 2\]"),
-        (lambda: ROBOT.forward(0.1), r"q: shape \[1\]"),
+        (lambda: ROBOT.forward([[1, 2]]), r"q: shape \(1, 2\)"),
+        (lambda: ROBOT.forward(0.1), r"q: shape \(\)"),
         (lambda: ROBOT.forward([["a", "b", "c"]]), "q: dtype"),
         (lambda: ROBOT.forward(np.zeros((1, 3), complex)), "q: dtype complex"),
         (lambda: ROBOT.forward([[1, 2], [3]]), "q: "),
         (lambda: ROBOT.forward(None), "q: dtype object"),
+        (lambda: ROBOT.forward(pd.DataFrame(Q)), "q: needs columns"),
         (lambda: ROBOT.forward([[0.1, 0.2, 30]]), "q: row 0 holds 30, more than a turn"),
         (lambda: ROBOT.forward([[0, 0, 0], [0, 0, 2]], errors="raise"), "q: row 1: a joint is outside its limits"),
         (lambda: ROBOT.forward([[0, 0, 0]], errors="no"), "errors: "),
@@ -178,6 +179,10 @@ def test_frames_by_the_names_of_their_columns(frame):
         (lambda: ROBOT.replace(noise=(0.02,)), "noise: "),
         (lambda: ROBOT.replace(noise=(-1.0, 1.0)), "noise: "),
         (lambda: ROBOT.replace(tolerance=(0.5, 0.0)), "tolerance: "),
+        (lambda: ROBOT.replace(tolerance=(0.5, 0.2)), "tolerance: .*radians"),
+        (lambda: ROBOT.replace(noise=(0.02, 0.5)), "noise: .*radians"),
+        (lambda: dc.Robot.from_parameters(ROBOT.parameters, limits=None), "limits: None"),
+        (lambda: dc.Robot.read(3), "path: .*int"),
         (lambda: ROBOT.replace(limits=[1, 2, 3]), "limits: .*, not 3 numbers"),
         (lambda: ROBOT.replace(target=-40), "target: a dict"),
         (lambda: ROBOT.replace(target={"height": 1}), "height"),
@@ -199,12 +204,14 @@ def test_a_fault_names_its_argument(call, message):
         ({"forearm": float("nan")}, "forearm: NaN"),
         ({"limits": (1.57, -1.05)}, "limits: .*radians"),
         ({"limits": (-60, 90)}, "limits: .*radians"),
+        ({"limits": None}, "limits: None"),
+        ({"upper_arm": "long"}, "upper_arm: a number"),
         ({"forearm": 10}, "impossible"),
     ],
 )
 def test_a_data_sheet_that_cannot_be(change, message):
     sheet = {"base_radius": 194, "platform_radius": 30, "upper_arm": 260, "forearm": 480, "limits": (-1.05, 1.57)}
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((ValueError, TypeError), match=message):
         dc.Robot.nominal(**{**sheet, **change})
 
 

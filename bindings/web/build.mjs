@@ -17,7 +17,7 @@ const ROOT = join(HERE, "../..");
 const TARGET = process.env.CARGO_TARGET_DIR ?? join(ROOT, "target/web");
 const DIST = join(HERE, "dist");
 /** A browser downloads the program: half as much is inlined as for speed alone, and the sources' paths say nothing there. */
-const FLAGS = `-Cllvm-args=-inline-threshold=25 -Cllvm-args=-inlinehint-threshold=100 --remap-path-prefix=${process.env.CARGO_HOME ?? join(homedir(), ".cargo")}=.`;
+const FLAGS = `-Cllvm-args=-inline-threshold=8 -Cllvm-args=-inlinehint-threshold=50 --remap-path-prefix=${process.env.CARGO_HOME ?? join(homedir(), ".cargo")}=.`;
 /** Of everything together, compressed as all static hosts do it: with gzip. */
 const LARGEST = 720_000;
 const EXAMPLES = ["paper-robot/robot.toml", "paper-robot/samples.csv", "circle-sheet/robot.toml", "circle-sheet/samples.csv", "printer/printer.cfg"];

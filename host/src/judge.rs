@@ -17,7 +17,7 @@ use credibility::{NoiseTest, NoiseVerdict, PriorTest, SMALL, ToleranceTest};
 use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use known::Known;
-use nalgebra::{DVector, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 /// A noise below this fraction of the stated one indicates another unit.
 const FAR_OFF: f64 = 0.05;
@@ -243,12 +243,14 @@ const RIDGE: f64 = 1e-9;
 /// With the error that the causes make of the robot's place: of the parameters e that make it, Σ|J e − error|² → min.
 fn displaced(robot: &RobotFile, mut solution: Solution, causes: &Causes) -> Solution {
     let tool = robot.tool();
-    let mut normal = SMatrix::<f64, OF_ROBOT, OF_ROBOT>::zeros();
-    let mut right = SVector::<f64, OF_ROBOT>::zeros();
+    let mut normal = DMatrix::zeros(OF_ROBOT, OF_ROBOT);
+    let mut right = DVector::zeros(OF_ROBOT);
     for (pose, error) in &causes.of_base {
-        if let Some(own) = jacobian(&solution.robot, &tool, &pose.position, &pose.joints) {
-            normal.gemm_tr(1.0, &own, &own, 1.0);
-            right.gemv_tr(1.0, &own, error, 1.0);
+        let own = jacobian::<OF_ROBOT>(&solution.robot, &tool, &pose.position, &pose.joints);
+        if let Some(own) = own {
+            let own = DMatrix::from_column_slice(3, OF_ROBOT, own.as_slice());
+            normal += own.tr_mul(&own);
+            right += own.tr_mul(&DVector::from_column_slice(error.as_slice()));
         }
     }
     for place in 0..OF_ROBOT {
@@ -264,8 +266,9 @@ fn displaced(robot: &RobotFile, mut solution: Solution, causes: &Causes) -> Solu
             error[place] = *moved;
         }
     }
-    solution.covariance.ger(1.0, &error, &error, 1.0);
-    solution.of_readings.ger(1.0, &error, &error, 1.0);
+    let error = &error * error.transpose();
+    solution.covariance += &error;
+    solution.of_readings += error;
     solution
 }
 

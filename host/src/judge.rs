@@ -242,6 +242,9 @@ const RIDGE: f64 = 1e-9;
 
 /// With the error that the causes make of the robot's place: of the parameters e that make it, Σ|J e − error|² → min.
 fn displaced(robot: &RobotFile, mut solution: Solution, causes: &Causes) -> Solution {
+    if causes.of_base.is_empty() {
+        return solution;
+    }
     let tool = robot.tool();
     let mut normal = DMatrix::zeros(OF_ROBOT, OF_ROBOT);
     let mut right = DVector::zeros(OF_ROBOT);
@@ -266,9 +269,9 @@ fn displaced(robot: &RobotFile, mut solution: Solution, causes: &Causes) -> Solu
             error[place] = *moved;
         }
     }
-    let error = &error * error.transpose();
-    solution.covariance += &error;
-    solution.of_readings += error;
+    let of_causes = &error * error.transpose();
+    solution.covariance += &of_causes;
+    solution.of_causes = Some(of_causes);
     solution
 }
 

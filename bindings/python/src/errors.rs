@@ -1,6 +1,5 @@
 //! Refusals and faults as Python exceptions.
 
-use crate::files::call_python;
 use delta_cal_host::{CalibrateError, InputError};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -128,6 +127,7 @@ pub(crate) fn calibrate_error(py: Python<'_>, error: &CalibrateError, in_arrays:
 
 /// Kind, cause and remedy of each finding.
 pub(crate) fn refusal(py: Python<'_>, findings: Vec<(&str, String, String)>) -> PyErr {
-    let error = call_python(py, "_errors", "refused", (findings,));
+    let module = py.import("delta_cal._errors");
+    let error = module.and_then(|own| own.call_method1("refused", (findings,)));
     error.map_or_else(|other| other, PyErr::from_value)
 }

@@ -5,7 +5,8 @@
 //! C⁻¹ = Σ Nₖ,   C = Σ C Nₖ C,   variance of a position = Σ tr(J C Nₖ C Jᵀ)
 //! ```
 //!
-//! Nₖ is the information of a source: the readings, the tolerance, a target, datum points, a scale.
+//! Nₖ is the information of a source: the readings, the tolerance, a target, datum points, a scale. C is that of the fit; what
+//! noise is widened by after it counts for the readings.
 
 use super::quantiles::median;
 use super::uncertainty::Sensitivities;
@@ -25,8 +26,8 @@ use serde::Serialize;
 /// What one source contributes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contribution {
-    /// The source: `readings`, `joint readings`, `tolerance`, `planes and points`, `scale`, `datum`, `target` or the name
-    /// of a target.
+    /// The source: `readings`, `joint readings`, `causes`, `tolerance`, `planes and points`, `scale`, `datum`, `target` or
+    /// the name of a target.
     pub source: String,
     /// How its σ was evaluated: `A` by statistics of these readings, `B` otherwise (JCGM 100:2008, 3.3.4).
     #[serde(rename = "type")]
@@ -75,7 +76,8 @@ pub(crate) fn budget(
         [&absolute, &relative].map(|weights| weights.dot(&part).max(0.0))
     };
     let total = mean(covariance);
-    let sandwich = |information: &DMatrix<f64>| mean(&(covariance * information * covariance));
+    let of_fit = solution.covariance_of_fit();
+    let sandwich = |information: &DMatrix<f64>| mean(&(&of_fit * information * &of_fit));
     let mut sources: Vec<(String, [f64; 2], Option<[f64; 2]>)> = Vec::new();
     let readings = mean(&solution.of_readings);
     let [joints, all] = of_readings(solution).map(|own| sandwich(&own));
@@ -85,6 +87,9 @@ pub(crate) fn budget(
     let by_readings = [0, 1].map(|kind| readings[kind] - by_joints[kind]);
     sources.push(("readings".to_owned(), by_readings, None));
     sources.push(("joint readings".to_owned(), by_joints, None));
+    if let Some(of_causes) = &solution.of_causes {
+        sources.push((CAUSES.to_owned(), mean(of_causes), None));
+    }
     let information = solution.prior.tr_mul(&solution.prior);
     let effects = solution
         .effects
@@ -130,10 +135,11 @@ pub(crate) fn budget(
     order::sort_by(&mut sources, |(_, parts, _)| -parts[own]);
     let line = |(source, [absolute, relative], exact): (String, [f64; 2], Option<[f64; 2]>)| {
         Contribution {
-            kind: if estimated && source.ends_with("readings") || source == "datum" && of_misfit {
-                "A"
-            } else {
-                "B"
+            kind: match source.as_str() {
+                CAUSES => "A",
+                "datum" if of_misfit => "A",
+                own if estimated && own.ends_with("readings") => "A",
+                _ => "B",
             },
             sigma: sigma(solution, robot, &source),
             unit: unit(robot, &source),
@@ -272,6 +278,8 @@ fn source_of(solution: &Solution, effect: &Estimated) -> String {
     }
 }
 
+/// What the model cannot represent, as far as it displaces the robot.
+const CAUSES: &str = "causes";
 /// A smaller share of the variance is not listed.
 const LEAST: f64 = 1e-4;
 

@@ -246,6 +246,8 @@ impl Task<'_> {
             places_before: places(instruments, &start, *problem.start_frame()),
             // With the prior's information P: C (C⁻¹ − P) C.
             of_readings: &covariance - held.tr_mul(&held),
+            widening: 1.0,
+            of_causes: None,
             beyond_expected: 0.0,
             covariance,
             prior,

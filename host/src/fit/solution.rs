@@ -142,6 +142,10 @@ pub struct Solution {
     pub readings: Readings,
     /// The part of it that the readings' noise makes; the tolerance makes the rest.
     pub(crate) of_readings: DMatrix<f64>,
+    /// The factor by which the readings' noise was widened after the fit.
+    pub(crate) widening: f64,
+    /// The part that causes outside the model make of the robot's place.
+    pub(crate) of_causes: Option<DMatrix<f64>>,
     /// The fraction of that by which Student's variance, E[σ²], exceeds that of the expected noise, E[σ]².
     pub(crate) beyond_expected: f64,
     /// Rows U of the prior of all unknowns, |U u|², about the robot of the file.
@@ -267,7 +271,18 @@ impl Solution {
         let squared = factor * factor;
         self.covariance += (squared - 1.0) * &self.of_readings;
         self.of_readings *= squared;
+        self.widening *= factor;
         self
+    }
+
+    /// The covariance with the noise as it was in the fit.
+    pub(crate) fn covariance_of_fit(&self) -> DMatrix<f64> {
+        let widened = (1.0 - 1.0 / (self.widening * self.widening)) * &self.of_readings;
+        let own = &self.covariance - widened;
+        match &self.of_causes {
+            Some(of_causes) => own - of_causes,
+            None => own,
+        }
     }
 }
 

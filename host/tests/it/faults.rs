@@ -1,7 +1,10 @@
 //! Faults of any size are named: kind, arm, line and size; clean files have none.
 
-use crate::support::simulated::{Instrument, SIGMAS, anchor, file_of, measured};
+use crate::support::simulated::{
+    Instrument, SIGMAS, anchor, file_of, judged, measured, position_errors,
+};
 use delta_cal::Robot;
+use delta_cal_host::accuracy::budget::Contribution;
 use delta_cal_host::validation::{Request, Verdict, validate};
 use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
@@ -461,6 +464,46 @@ fn a_mistake_in_all_heights_or_distances_is_named() {
             "{expected}: {text}"
         );
     }
+}
+
+/// The robot is where its base was at the first row: that is what its positions are known to, and a row of the budget, whose
+/// parts make up the whole.
+#[test]
+fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
+    let (mut squares, mut accepted) = ([0.0; 2], 0.0);
+    for geometry in 0..6 {
+        for fault in [Fault::Drift(0.5), Fault::Move(0.3, 0.0)] {
+            let (robot, mut readings, truth) =
+                made((geometry, 40), Frame::Base, geometry, Noise::Nowhere);
+            spoilt(&mut readings, fault, geometry);
+            let Ok(report) = calibrate(&robot, &readings, &Options::default()) else {
+                continue;
+            };
+            let share =
+                |part: fn(&Contribution) -> f64| report.budget.iter().map(part).sum::<f64>();
+            let [absolute, relative] = [
+                share(|own| own.absolute_share),
+                share(|own| own.relative_share),
+            ];
+            assert!(
+                (absolute - 1.0).abs() < 2e-3 && (relative - 1.0).abs() < 2e-3,
+                "{absolute} {relative}"
+            );
+            assert!(report.budget.iter().any(|own| own.source == "causes"));
+            let stated = report.expected_error.unwrap();
+            let poses = judged(&robot.reach(), &truth, 1);
+            let errors = position_errors(&robot.reach(), &poses, &report.after.robot, &truth);
+            squares[0] += errors[0] / stated.absolute_rms_mm.powi(2);
+            squares[1] += errors[1] / stated.relative_rms_mm.powi(2);
+            accepted += 1.0;
+        }
+    }
+    let achieved = squares.map(|own| f64::sqrt(own / accepted));
+    println!("{accepted} accepted, achieved/stated {achieved:?}");
+    assert!(
+        accepted >= 8.0 && achieved.iter().all(|own| (0.5..1.1).contains(own)),
+        "{achieved:?}"
+    );
 }
 
 /// A plate moves up, or the anchors of the wires aside, and the robot's poses with them.

@@ -1,8 +1,9 @@
 //! The table of faults of a samples file as a whole: what undoes each, and its words.
 
+use crate::accuracy::quantiles::median;
 use crate::files::columns::Unit;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
+use crate::files::samples_file::{Reading, Readings};
 use crate::fit::Frame;
 use crate::text::list;
 use delta_cal::kinematics::JointLimits;
@@ -267,6 +268,71 @@ impl Files<'_> {
             ..Fault::none(Frame::Base)
         });
         of_readings.into_iter().chain(of_joints)
+    }
+
+    /// Heights above planes that the robot file states: without the gauge block that brings each nearest to the robot of the
+    /// file, and above a plane at another z. Each with its cause and remedy.
+    pub(super) fn of_planes(&self) -> impl Iterator<Item = (Readings, String, String)> {
+        let instruments = &self.robot.instruments;
+        let (mut on_blocks, mut lifted) = (self.readings.clone(), self.readings.clone());
+        let (mut blocks, mut elsewhere) = (Vec::new(), Vec::new());
+        for plane in &instruments.planes {
+            let index = self
+                .readings
+                .planes
+                .iter()
+                .position(|own| *own == plane.name);
+            let off = |own: &Reading| {
+                let (_, height) = own.height.filter(|(plane, _)| Some(*plane) == index)?;
+                let target = self.readings.targets.get(own.target);
+                let target = target.and_then(|name| instruments.target(name));
+                let tip = target.map_or(instruments.target_place(), |own| own.place);
+                let point = self.robot.robot.forward(&own.joints).ok()?;
+                Some(point.z + tip.z - plane.height - height)
+            };
+            let rows = self.readings.rows.iter();
+            let off: Vec<_> = rows.map(|row| off(&row.value)).collect();
+            let Some(by) = median(off.iter().flatten().copied()) else {
+                continue;
+            };
+            let axis = self.robot.convention.axes()[2];
+            let [stated, other] = [plane.height, plane.height + by].map(|z| axis * z);
+            elsewhere.push(format!(
+                "the heights above {} fit z = {other:.0} mm, not {stated:.0} mm",
+                plane.name
+            ));
+            for (row, off) in off.iter().enumerate() {
+                let Some(off) = off else { continue };
+                let nearest = |a: &&f64, b: &&f64| (off - **a).abs().total_cmp(&(off - **b).abs());
+                let block = *plane.blocks.iter().min_by(nearest).unwrap_or(&0.0);
+                blocks.push(block);
+                for (changed, by) in [(&mut on_blocks, block), (&mut lifted, by)] {
+                    let own = &mut changed.rows[row].value;
+                    own.height = own.height.map(|(plane, height)| (plane, height + by));
+                }
+            }
+        }
+        let missing = (
+            on_blocks,
+            "the gauge blocks are missing from the heights".to_owned(),
+            format!(
+                "write block plus reading as height_mm in {}",
+                self.readings.name
+            ),
+        );
+        let lifted = (
+            lifted,
+            list(&elsewhere),
+            format!(
+                "correct z_mm of the plane, or of [target], in {}",
+                self.robot.name
+            ),
+        );
+        // The same block in all rows is another height of the plane.
+        let differ = blocks.iter().any(|own| *own != blocks[0]);
+        let stated = !elsewhere.is_empty();
+        let all = [differ.then_some(missing), stated.then_some(lifted)];
+        all.into_iter().flatten()
     }
 
     /// Two faults of different kinds.

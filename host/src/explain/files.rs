@@ -326,6 +326,7 @@ pub(crate) fn mistake(case: &Case<'_>, found: Option<&Found>) -> Option<String> 
     let faults = files.of_other_readings();
     let faults = faults.filter(|_| !readings.holds(Kind::Position));
     let undone = faults.map(|own| (own.undone_in(readings), own.cause, own.remedy));
+    let undone = undone.chain(files.of_planes());
     let is_single = found.is_none() && readings.rows.len() <= ROWS_TRIED;
     let rows = (0..readings.rows.len()).filter(|_| is_single).map(|row| {
         let mut others = readings.clone();

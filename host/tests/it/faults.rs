@@ -5,6 +5,7 @@ use crate::support::simulated::{
 };
 use delta_cal::Robot;
 use delta_cal_host::accuracy::budget::Contribution;
+use delta_cal_host::files::robot_file::KnownPlane;
 use delta_cal_host::validation::{Request, Verdict, validate};
 use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
@@ -430,9 +431,23 @@ type Change = fn(&mut Reading);
 
 #[test]
 fn a_mistake_in_all_heights_or_distances_is_named() {
-    let robot = nominal(0);
+    let mut robot = nominal(0);
     let (_, right) = measured(&robot, Instrument::PlateAndCalliper, 45, 1);
-    let changes: [(&str, Change); 5] = [
+    robot.instruments.planes.push(KnownPlane {
+        name: "p0".to_owned(),
+        line: 0,
+        height: -900.0,
+        sigma: 3.0,
+        tilt: None,
+        blocks: (0..16).map(|block| 60.0 * f64::from(block)).collect(),
+    });
+    let changes: [(&str, Change); 7] = [
+        ("the gauge blocks are missing from the heights", |own| {
+            own.height = own.height.map(|(plane, by)| (plane, by.rem_euclid(60.0)));
+        }),
+        ("the heights above p0 fit z = -949 mm, not -900 mm", |own| {
+            own.height = own.height.map(|(plane, by)| (plane, by + 50.0));
+        }),
         ("the heights have the wrong sign", |own| {
             own.height = own.height.map(|(plane, by)| (plane, -by));
         }),

@@ -10,6 +10,7 @@
 mod configuration;
 mod console;
 mod gcode;
+mod header;
 mod imported;
 mod klipper;
 mod probe;

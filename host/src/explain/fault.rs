@@ -329,7 +329,7 @@ impl Files<'_> {
             ),
         );
         // The same block in all rows is another height of the plane.
-        let differ = blocks.iter().any(|own| *own != blocks[0]);
+        let differ = blocks.iter().any(|own| own.total_cmp(&blocks[0]).is_ne());
         let stated = !elsewhere.is_empty();
         let all = [differ.then_some(missing), stated.then_some(lifted)];
         all.into_iter().flatten()

@@ -1,5 +1,6 @@
-//! M665 and M666 of RepRapFirmware and Marlin, and the same values in Marlin's `Configuration.h`.
+//! M665 and M666 of RepRapFirmware and Marlin.
 
+use super::header::{Header, RADIUS_TRIMS, Word};
 use super::imported::{Imported, Machine, Towers, USUAL_TOWERS};
 use super::probe::Probe;
 use super::rotary::{M666, M669, of_gcode};
@@ -20,24 +21,6 @@ const M851: &str = "M851";
 const G31: &str = "G31";
 const M558: &str = "M558";
 const COMMANDS: [&str; 6] = [M665, M666, M669, M851, G31, M558];
-/// Constants of Marlin's `Configuration.h`, with command and words.
-const CONSTANTS: [(&str, &str, &str); 13] = [
-    ("DELTA_DIAGONAL_ROD", M665, "L"),
-    ("DELTA_RADIUS", M665, "R"),
-    ("DELTA_HEIGHT", M665, "H"),
-    ("DELTA_TOWER_ANGLE_TRIM", M665, "XYZ"),
-    ("DELTA_DIAGONAL_ROD_TRIM_TOWER", M665, "ABC"),
-    ("DELTA_ENDSTOP_ADJ", M666, "XYZ"),
-    ("PRINTABLE_RADIUS", M665, "P"),
-    ("DELTA_PRINTABLE_RADIUS", M665, "P"),
-    ("PROBING_MARGIN", M665, "Q"),
-    (RADIUS_TRIMS, M665, "U"),
-    ("NOZZLE_TO_PROBE_OFFSET", M851, "XYZ"),
-    ("X_PROBE_OFFSET_FROM_EXTRUDER", M851, "X"),
-    ("Y_PROBE_OFFSET_FROM_EXTRUDER", M851, "Y"),
-];
-/// A constant that M665 cannot state.
-const RADIUS_TRIMS: &str = "DELTA_RADIUS_TRIM_TOWER";
 /// Marlin's `PROBING_MARGIN` if it is not stated, mm.
 const USUAL_MARGIN: f64 = 10.0;
 /// Words of M665 that only Smoothieware has, and a comment of its M503.
@@ -53,9 +36,6 @@ const ANSWERS: [(&str, &str); 7] = [
     ("endstop adjustments ", "M666 "),
     ("tilt x", "A"),
 ];
-
-/// Command, letter, and the numbers with colons between them; `None` if they cannot be read.
-type Word = (&'static str, char, Option<String>);
 
 /// Finite numbers, with colons between them.
 fn joined<'a>(numbers: impl Iterator<Item = &'a str>) -> Option<String> {
@@ -113,24 +93,6 @@ fn answer(line: &str) -> Option<Vec<Word>> {
     command(&own[start..])
 }
 
-/// The words that a constant of `Configuration.h` states.
-fn constant(line: &str) -> Option<Vec<Word>> {
-    let own = line.trim_start().strip_prefix("#define ")?;
-    let own = own.split("//").next().unwrap_or_default().trim();
-    let (name, value) = own.split_once(char::is_whitespace)?;
-    let (_, command, letters) = CONSTANTS.into_iter().find(|(own, ..)| *own == name)?;
-    let numbers = value.split(|own: char| "{}(), \t".contains(own));
-    let numbers: Vec<_> = numbers.filter(|own| !own.is_empty()).collect();
-    let words = letters.chars().enumerate().map(|(index, letter)| {
-        let own = match letters.len() {
-            1 => joined(numbers.iter().copied()),
-            _ => joined(numbers.get(index).copied().into_iter()),
-        };
-        (command, letter, own)
-    });
-    Some(words.collect())
-}
-
 fn read(
     input: &InputText,
     firmware: Firmware,
@@ -138,18 +100,18 @@ fn read(
 ) -> Result<Settings, InputError> {
     let mut entries = BTreeMap::new();
     for input in files(input, firmware, includes)? {
+        let mut header = Header::default();
         for (line, own) in (1..).zip(input.text().lines()) {
-            let words = command(own)
-                .or_else(|| constant(own))
-                .or_else(|| answer(own));
+            let (name, constant) = header.line(own).unzip();
+            let answered = || {
+                let of_duet = firmware == Firmware::RepRapFirmware;
+                of_duet.then(|| answer(own)).flatten()
+            };
+            let words = constant.or_else(|| command(own)).or_else(answered);
             for (command, letter, numbers) in words.unwrap_or_default() {
                 let value = numbers.ok_or_else(|| {
-                    let constant = own.trim_start().strip_prefix("#define ");
-                    let name = constant.and_then(|own| own.split_whitespace().next());
                     let cause = match name {
-                        Some(_) => {
-                            "the value is not a finite number (expressions are not computed)"
-                        }
+                        Some(_) => "the value is not a finite number",
                         None => "a word is not a letter with a finite number",
                     };
                     let fault =

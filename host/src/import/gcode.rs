@@ -81,7 +81,7 @@ fn command(line: &str) -> Option<Vec<Word>> {
 
 /// The words of M665 or M666 that an answer to it states.
 fn answer(line: &str) -> Option<Vec<Word>> {
-    let mut own = line.to_ascii_lowercase();
+    let mut own = line.split(';').next()?.to_ascii_lowercase();
     if !(own.contains("delta radius") || own.contains("endstop adjustments")) {
         return None;
     }

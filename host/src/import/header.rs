@@ -42,12 +42,19 @@ pub(super) struct Header {
     /// For each `#if` that is open: whether its lines are kept, and whether a branch of it was.
     branches: Vec<(bool, bool)>,
     in_comment: bool,
+    /// What a backslash continues in the next line.
+    continued: String,
 }
 
 impl Header {
     /// The constant that a line states, if the compiler keeps it, and its words.
     pub(super) fn line(&mut self, line: &str) -> Option<(&'static str, Vec<Word>)> {
-        let code = self.without_comments(line);
+        let own = self.without_comments(line);
+        let code = std::mem::take(&mut self.continued) + &own;
+        if let Some(begun) = code.trim_end().strip_suffix('\\') {
+            begun.clone_into(&mut self.continued);
+            return None;
+        }
         let directive = code.trim_start().strip_prefix('#')?.trim_start();
         let (name, rest) = directive
             .split_once(char::is_whitespace)

@@ -43,7 +43,8 @@ const CONSTANTS: &str = "\
   #define DELTA_HEIGHT 3 */
   #define VERSION 2
   #define DELTA_HEIGHT 411.8f /* G33 */ // (mm)
-  #define DELTA_ENDSTOP_ADJ { -1.1, 0.0, -1.0 }
+  #define DELTA_ENDSTOP_ADJ  \\
+    {-1.1, 0.0, -1.0} // (mm)
   #if EITHER(LARGE, HUGE) || VERSION < 2
     #define DELTA_DIAGONAL_ROD 440
     #define DELTA_RADIUS 200

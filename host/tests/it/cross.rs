@@ -1,14 +1,14 @@
 //! Every kind of reading in every frame, weighted or not, with no target, one or two, through every command that takes
 //! samples: the robot that made them is known, and what one command says of a file the others say too.
 
-use crate::support::simulated::{judged, position_errors, rotary};
+use crate::support::simulated::{judged, position_errors, push, rotary};
 use delta_cal::frame::RigidTransform;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal::{ArmIndex, Noise, Parameter, Robot};
 use delta_cal_host::files::robot_file::{DatumPoint, KnownPlane, NamedPoint, Target};
 use delta_cal_host::planning::{Determined, Kind, PlanRequest, Wishes};
 use delta_cal_host::validation::{Request, Verdict, validate};
-use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, Row, calibrate};
+use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, calibrate};
 use delta_cal_tests::size;
 use nalgebra::{Rotation3, Vector3};
 use rand_core::SeedableRng;
@@ -233,8 +233,7 @@ impl Case {
                     }
                 }
             }
-            let line = index as u64 + 2;
-            readings.rows.push(Row { line, value: row });
+            push(&mut readings, row);
         }
         readings
     }

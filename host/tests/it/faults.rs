@@ -1,8 +1,6 @@
 //! Faults of any size are named: kind, arm, line and size; clean files have none.
 
-use crate::support::simulated::{
-    Instrument, SIGMAS, anchor, file_of, judged, measured, position_errors,
-};
+use crate::support::simulated::{Instrument, Promise, SIGMAS, anchor, file_of, measured};
 use delta_cal::Robot;
 use delta_cal_host::accuracy::budget::Contribution;
 use delta_cal_host::validation::{Request, Verdict, validate};
@@ -470,7 +468,7 @@ fn a_mistake_in_all_heights_or_distances_is_named() {
 /// parts make up the whole.
 #[test]
 fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
-    let (mut squares, mut accepted) = ([0.0; 2], 0.0);
+    let mut promise = Promise::default();
     for geometry in 0..6 {
         for fault in [Fault::Drift(0.5), Fault::Move(0.3, 0.0)] {
             let (robot, mut readings, truth) =
@@ -490,18 +488,13 @@ fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
                 "{absolute} {relative}"
             );
             assert!(report.budget.iter().any(|own| own.source == "causes"));
-            let stated = report.expected_error.unwrap();
-            let poses = judged(&robot.reach(), &truth, 1);
-            let errors = position_errors(&robot.reach(), &poses, &report.after.robot, &truth);
-            squares[0] += errors[0] / stated.absolute_rms_mm.powi(2);
-            squares[1] += errors[1] / stated.relative_rms_mm.powi(2);
-            accepted += 1.0;
+            promise.add(&robot, &truth, &report, 1);
         }
     }
-    let achieved = squares.map(|own| f64::sqrt(own / accepted));
+    let (accepted, achieved) = (promise.accepted(), promise.ratios());
     println!("{accepted} accepted, achieved/stated {achieved:?}");
     assert!(
-        accepted >= 8.0 && achieved.iter().all(|own| (0.5..1.1).contains(own)),
+        accepted >= 8 && achieved.iter().all(|own| (0.5..1.1).contains(own)),
         "{achieved:?}"
     );
 }

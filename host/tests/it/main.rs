@@ -25,7 +25,6 @@ mod linuxcnc;
 mod messages;
 mod pipeline;
 mod plan;
-mod plant;
 mod plot;
 mod simulate;
 mod table_formats;

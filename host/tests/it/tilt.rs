@@ -1,20 +1,17 @@
 //! Robots whose platform tilts because the two rods of an arm differ, with reflectors beside the platform's centre.
 
 use crate::support::schema::violations;
-use crate::support::simulated::{SIGMAS, rotary, somewhere};
+use crate::support::simulated::{SIGMAS, mount, push, rotary, somewhere, worked};
 use crate::support::{Folder, NOMINAL};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
-use delta_cal::simulate::{made_robot, random_pose, standard_normal};
+use delta_cal::simulate::{made_robot, standard_normal};
 use delta_cal::{Parameter, Robot, Tolerance};
 use delta_cal_host::files::convention::Vertical;
-use delta_cal_host::files::robot_file::Target;
 use delta_cal_host::geometry::Parallelograms;
 use delta_cal_host::planning::{Kind, Wishes};
 use delta_cal_host::validation::{Request, validate};
-use delta_cal_host::{
-    Frame, Options, PlanRequest, Reading, Readings, RobotFile, Row, calibrate, plan,
-};
+use delta_cal_host::{Frame, Options, PlanRequest, Reading, Readings, RobotFile, calibrate, plan};
 use delta_cal_tests::size as of_size;
 use nalgebra::{DMatrix, DVector, Rotation2, Rotation3, SMatrix, SVector, Vector2, Vector3};
 use rand_core::SeedableRng;
@@ -132,19 +129,7 @@ fn made(
     let drawn = [0.0; UNKNOWNS].map(|_| standard_normal(&mut rng));
     let (truth, rods) = built(&file, &drawn);
     let mut readings = Readings::of_name("samples.csv");
-    for (index, place) in targets.iter().enumerate() {
-        let name = if targets.len() == 1 {
-            "target".to_owned()
-        } else {
-            format!("T{index}")
-        };
-        readings.targets.push(name.clone());
-        file.instruments.targets.push(Target {
-            name,
-            place: *place,
-            sigma: Vector3::repeat(1e-3),
-        });
-    }
+    mount(&mut file, &mut readings, targets, 1e-3);
     let mut own = Made {
         file,
         drawn,
@@ -202,26 +187,13 @@ impl Made {
             let frame = Rotation3::from_matrix_unchecked(self.frame.rotation);
             (frame * noise * Rotation3::new(pose[1]) * mounting(target)).scaled_axis()
         });
-        self.readings.rows.push(Row {
-            line: self.readings.rows.len() as u64 + 2,
-            value: Reading {
-                position: [0, 1, 2].map(|axis| Some(seen[axis] + normal(position))),
-                target,
-                turn,
-                ..Reading::at(joints.map(|q| q + normal(joint.to_radians())))
-            },
-        });
-    }
-}
-
-/// A pose where the robot works.
-fn worked(file: &RobotFile, truth: &Robot<f64>, rng: &mut Pcg32) -> [f64; 3] {
-    loop {
-        let pose = random_pose(truth, &file.limits, rng).unwrap();
-        let clear = [&file.robot, truth].map(|own| file.reach().clear_position(own, &pose.joints));
-        if clear.iter().all(Result::is_ok) && file.within.unwrap().contains(&pose.position) {
-            return pose.joints;
-        }
+        let own = Reading {
+            position: [0, 1, 2].map(|axis| Some(seen[axis] + normal(position))),
+            target,
+            turn,
+            ..Reading::at(joints.map(|q| q + normal(joint.to_radians())))
+        };
+        push(&mut self.readings, own);
     }
 }
 

@@ -187,3 +187,50 @@ fn a_refusal_on_standard_output_is_json() {
         .unwrap();
     assert!(cause.contains("exchanged"), "{cause}");
 }
+
+/// The angle, degrees, of an upper arm with these components when its joint reads 0.
+fn zero(la_x: f64, la_y: f64) -> f64 {
+    la_y.atan2(la_x).to_degrees()
+}
+
+/// The components of an upper arm turned by `by` degrees.
+fn turned([la_x, la_y]: [f64; 2], by: f64) -> [f64; 2] {
+    let (sine, cosine) = (zero(la_x, la_y) + by).to_radians().sin_cos();
+    [cosine, sine].map(|part| la_x.hypot(la_y) * part)
+}
+
+/// All methods, the robust fit and plans support it, and output files read back. With a tolerance that the zeros exceed
+/// by far, the refusal names them.
+#[test]
+fn every_method_takes_the_tolerance_of_joint_zeros() {
+    let mut made = true_arms();
+    for (arm, by) in made.iter_mut().zip([8.0, -5.0, 11.0]) {
+        [arm[5], arm[6]] = turned([arm[5], arm[6]], by);
+    }
+    let folder = Folder::new();
+    let tolerance = "[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\nzero_deg";
+    folder.write("robot.toml", format!("{NOMINAL}{tolerance} = 8\n{NOISE}"));
+    folder.write("strict.toml", format!("{NOMINAL}{tolerance} = 1\n{NOISE}"));
+    folder.write("samples.csv", csv(&noisy(&made, 30, 0.02)));
+    for method in [
+        "--method ikm",
+        "--method joint",
+        "--method fkm",
+        "--robust",
+        "--frame sensor",
+    ] {
+        let run = format!("calibrate robot.toml samples.csv --output out.toml {method}");
+        folder.run(&run).ok();
+        let file = folder.read("out.toml");
+        assert!(file.contains("zero_deg = 8"), "{file}");
+        for (found, truth) in arms_of(&file).iter().zip(&made) {
+            // σ is 0.02° if the base frame is given, and 0.1° otherwise.
+            let off = (zero(found[5], found[6]) - zero(truth[5], truth[6])).abs();
+            assert!(off < 0.4, "{method}: {off}");
+        }
+    }
+    let plan = folder.run("plan robot.toml --count 12").ok();
+    assert!(plan.stdout.contains("joint zeros 8°"), "{}", plan.stdout);
+    let strict = folder.run("calibrate strict.toml samples.csv");
+    assert!(strict.stderr.contains("joint zero"), "{}", strict.stderr);
+}

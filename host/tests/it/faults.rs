@@ -11,10 +11,6 @@ use nalgebra::{Rotation3, Vector3};
 
 const ROWS: usize = 31;
 
-fn number(index: usize) -> f64 {
-    f64::from(u32::try_from(index).unwrap())
-}
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Fault {
     /// Of one joint, degrees, from a row on.
@@ -85,11 +81,11 @@ fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) 
             }
             Fault::Sag(by) => x.z -= by * x.xy().norm_squared() / largest,
             Fault::Drift(by) => {
-                x += Vector3::new(0.6, 0.64, 0.48) * by * number(index) / number(rows);
+                x += Vector3::new(0.6, 0.64, 0.48) * by * index as f64 / rows as f64;
             }
             Fault::Scale(by) => x *= 1.0 + by,
             Fault::Rows(by) if index % 3 == seed % 3 => {
-                let turn = number(index * 7 % 11);
+                let turn = (index * 7 % 11) as f64;
                 x += Vector3::new(turn.cos(), turn.sin(), 0.3) * by;
             }
             _ => {}
@@ -532,7 +528,7 @@ fn what_the_instrument_stands_on_is_named_with_line_and_size_when_it_moved() {
                 number.unwrap_or_else(|| panic!("{by} {instrument:?}: {said}"))
             };
             // A wire does not show which of the rows around it was the first.
-            let line = told("rom line ", ' ') - number(17 + seed);
+            let line = told("rom line ", ' ') - (17 + seed) as f64;
             assert!(line.abs() <= 2.0, "{by} {instrument:?}: {said}");
             let size = told(before, after);
             let off = if after == ',' {

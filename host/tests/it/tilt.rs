@@ -2,7 +2,7 @@
 
 use crate::support::schema::violations;
 use crate::support::simulated::{SIGMAS, mount, push, rotary, somewhere, worked};
-use crate::support::{Folder, NOMINAL};
+use crate::support::{Folder, NOMINAL, Point, assert_refused, number, rows_of};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, standard_normal};
@@ -16,6 +16,7 @@ use delta_cal_tests::size as of_size;
 use nalgebra::{DMatrix, DVector, Rotation2, Rotation3, SMatrix, SVector, Vector2, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
+use std::fmt::Write as _;
 
 /// σ of the rods' and the spacings' differences, mm, and of the elbows' axes, degrees.
 const RODS: [f64; 2] = [0.1, 0.1];
@@ -534,39 +535,28 @@ fn rotations_are_read_in_the_axes_of_the_robot_file() {
             let turn = convention.vector(&row.turn.unwrap()).map(f64::to_degrees);
             let position = Vector3::from(row.position.map(Option::unwrap));
             let position = convention.position(&position);
-            let cells = convention
-                .joints(&row.joints)
-                .into_iter()
-                .chain(position)
-                .chain(turn.iter().copied());
-            csv += &(cells
-                .map(|own| own.to_string())
-                .collect::<Vec<_>>()
-                .join(",")
-                + "\n");
+            let [q1, q2, q3] = convention.joints(&row.joints);
+            let ([x, y, z], [rx, ry, rz]): (Point, Point) = (position.into(), turn.into());
+            writeln!(csv, "{q1},{q2},{q3},{x},{y},{z},{rx},{ry},{rz}").unwrap();
         }
         folder.write("samples.csv", csv);
         folder.write("robot.toml", own.file.to_toml(""));
         folder
             .run("calibrate robot.toml samples.csv --json r.json")
             .ok();
-        let json: serde_json::Value = serde_json::from_str(&folder.read("r.json")).unwrap();
+        let json = folder.json("r.json");
+        let read = &json["tilt"]["orientation"];
         assert_eq!(
-            json["tilt"]["orientation"]["stated_deg"], 0.01,
-            "{}",
-            json["tilt"]
+            (&read["stated_deg"], &read["rows"]),
+            (&0.01.into(), &20.into())
         );
-        assert_eq!(json["tilt"]["orientation"]["rows"], 20);
         let schema = include_str!("../../../docs/calibration.schema.json");
         let found = violations(&serde_json::from_str(schema).unwrap(), &json);
         assert!(found.is_empty(), "{found:#?}");
         let sign = if z == Vertical::Up { 1.0 } else { -1.0 };
         [0, 1, 2].map(|arm| {
-            let own = &json["tilt"]["arms"][arm];
-            (
-                sign * own["numbers"][0].as_f64().unwrap(),
-                own["sigmas"][0].as_f64().unwrap(),
-            )
+            let of = |key: &str| number(&json, &format!("tilt/arms/{arm}/{key}/0"));
+            (sign * of("numbers"), of("sigmas"))
         })
     });
     for ((up, sigma), (down, _)) in tilt[0].into_iter().zip(tilt[1]) {
@@ -645,13 +635,8 @@ fn forward_and_inverse_take_targets_and_the_correction_table_is_that_of_the_tool
         ("tool", Vector3::from(TOOLS[1])),
     ] {
         folder.run(&format!("{command} {name}")).ok();
-        for (line, joints) in folder
-            .read("x.csv")
-            .lines()
-            .skip(1)
-            .zip([[10.0, 35.0, -5.0], [40.0, 20.0, 30.0]])
-        {
-            let cells: Vec<f64> = line.split(',').map(|own| own.parse().unwrap()).collect();
+        let rows = rows_of(&folder.read("x.csv"));
+        for (cells, joints) in rows.iter().zip([[10.0, 35.0, -5.0], [40.0, 20.0, 30.0]]) {
             let pose = platform(&own.truth, &own.rods, &joints.map(f64::to_radians));
             let off = Vector3::from_row_slice(&cells[3..6]) - at(pose, &place);
             let turned = Vector3::from_row_slice(&cells[6..]) - pose[1].map(f64::to_degrees);
@@ -663,20 +648,13 @@ fn forward_and_inverse_take_targets_and_the_correction_table_is_that_of_the_tool
         let back = folder
             .run(&format!("inverse robot.toml x.csv --target {name}"))
             .ok();
-        let line = back.stdout.lines().nth(1).unwrap();
-        for (cell, expected) in line.split(',').zip([10.0, 35.0, -5.0]) {
-            assert!(
-                (cell.parse::<f64>().unwrap() - expected).abs() < 1e-6,
-                "{line}"
-            );
+        let back = &rows_of(&back.stdout)[0];
+        for (joint, expected) in back.iter().zip([10.0, 35.0, -5.0]) {
+            assert!((joint - expected).abs() < 1e-6, "{back:?}");
         }
     }
-    let none = folder.run(&format!("{command} T9"));
-    assert!(
-        none.stderr.contains("its targets are T0, T1, T2 and tool"),
-        "{}",
-        none.stderr
-    );
+    let none = "T9 ⇒ 2 ⇒ its targets are T0, T1, T2 and tool";
+    assert_refused(&folder, command, none);
 
     let table = folder
         .run("export robot.toml --for correction-table --nominal nominal.toml")
@@ -722,13 +700,13 @@ fn campaigns_simulate_platforms_that_tilt() {
         );
         folder.run("simulate campaign.toml --output rows.csv").ok();
         let summary = folder.run("simulate --summary rows.csv --json -").ok();
-        let summary: serde_json::Value = serde_json::from_str(&summary.stdout).unwrap();
+        let summary = summary.json();
         for ratio in ["error_to_stated", "relative_to_stated"] {
-            let found = summary[0]["ratios"][ratio].as_f64().unwrap();
+            let found = number(&summary, &format!("0/ratios/{ratio}"));
             println!("{count} targets {noise:?}: {ratio} {found}");
             assert!((0.8..1.25).contains(&found), "{summary:#}");
         }
-        summary[0]["relative_after_mm"]["mean"].as_f64().unwrap()
+        number(&summary, "0/relative_after_mm/mean")
     });
     let [three, one, turned] = errors;
     assert!(turned < 0.6 * one && three < one, "{errors:?}");

@@ -236,7 +236,7 @@ pub(crate) fn position_errors(
     truth: &Robot<f64>,
 ) -> [f64; 2] {
     let all = position_lengths(reach, poses, found, truth);
-    let count = f64::from(u32::try_from(all.len()).unwrap());
+    let count = all.len() as f64;
     [0, 1].map(|kind| all.iter().map(|own| own[kind].powi(2)).sum::<f64>() / count)
 }
 

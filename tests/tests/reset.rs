@@ -11,7 +11,7 @@ use delta_cal::observations::{
 use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{Forgetting, StreamCalibrator};
 use delta_cal::{Noise, Progress, Real, Refusal, Robot, Sample};
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, size};
+use delta_cal_tests::{Spread, converted, generator, measurements, paper_robot, perturbed, size};
 use nalgebra::Vector3;
 use rand_core::Rng;
 use rand_pcg::Pcg32;
@@ -69,7 +69,7 @@ const STEP: u32 = 1;
 const ADD: u32 = 39;
 
 fn call<T: Real>(kind: u32, count: usize, sample: &Sample<f64>) -> Call<T> {
-    let samples = vec![converted(sample)];
+    let samples = converted(std::slice::from_ref(sample));
     Call {
         kind,
         count,
@@ -183,13 +183,6 @@ fn noise() -> Noise<f64> {
     Noise::new(0.02, 3e-5).unwrap()
 }
 
-fn converted<T: Real>(sample: &Sample<f64>) -> Sample<T> {
-    Sample {
-        joints: sample.joints.map(T::from_f64),
-        position: sample.position.map(T::from_f64),
-    }
-}
-
 /// Calls with the samples of one robot, or of one measured upside down; one in twenty samples is wrong, or no number.
 fn episode<T: Real>(truth: &Robot<f64>, calls: usize, rng: &mut Pcg32) -> Vec<Call<T>> {
     let (mirrored, noise) = (rng.next_u32().is_multiple_of(3), noise());
@@ -209,7 +202,7 @@ fn episode<T: Real>(truth: &Robot<f64>, calls: usize, rng: &mut Pcg32) -> Vec<Ca
             Call {
                 kind: rng.next_u32() % 40,
                 count: 1 + (rng.next_u32() % 12) as usize,
-                samples: samples.iter().map(converted).collect(),
+                samples: converted(&samples),
             }
         })
         .collect()
@@ -471,7 +464,7 @@ fn acknowledged_is_new<T: Real, E: Estimator>() {
                     sample.position.z = -sample.position.z;
                 }
                 if found.alarm().is_none() {
-                    found.add(&converted(&sample)).unwrap();
+                    found.add(&converted(&[sample])[0]).unwrap();
                     while found.step() == Progress::Working {}
                 }
             }

@@ -1,6 +1,6 @@
 //! What is in use: applied, gone back from, and kept over restarts.
 
-use crate::controller::driver::{Driver, Flash, message, on_the_host, samples};
+use crate::controller::driver::{Driver, Flash, samples};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal_controller::{ControlLoop, Path};
 use delta_cal_firmware_example::{Circle, limits};
@@ -157,32 +157,6 @@ fn requests_that_come_late_change_nothing() {
     let late = driver.fault(&revert);
     assert_eq!(late, Fault::OtherParameters { there: result });
     assert_eq!(driver.controller.current().fingerprint, result);
-}
-
-#[test]
-fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone() {
-    let mut flash = Flash::new();
-    let mut driver = Driver::<f32, _>::start(&mut flash);
-    let first = driver.solved(1, &samples(8, 20));
-    driver.apply(1, first);
-    let before = driver.parameters();
-    let more = samples::<f32>(9, 20);
-    driver.begin(2);
-    for (index, sample) in (0..).zip(&more[..11]) {
-        driver.sample(2, index, sample);
-    }
-
-    let mut driver = Driver::<f32, _>::start(&mut flash);
-    assert_eq!(driver.parameters(), before);
-    assert_eq!(driver.controller.current().fingerprint, first);
-    let sample = message(2, 11, &more[11]);
-    assert_eq!(driver.fault(&sample), Fault::NoSession);
-    // A calibration refers to the robot as drawn, whatever is in use.
-    let expected = on_the_host(&more).calibrate().expect("a calibration");
-    assert_eq!(
-        driver.solved(2, &more),
-        Geometry::of(&expected.robot).fingerprint()
-    );
 }
 
 /// A robot that was calibrated elsewhere, with gears that are not exact: stored, used by the control loop, there after

@@ -252,19 +252,16 @@ pub fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
     a - b
 }
 
-/// One row per sample: ∂d/∂P of one arm.
-pub type Jacobian = OMatrix<f64, Dyn, U8>;
-
 /// d = f/(2 Lb) of an arm, the distance along the forearm of the robot before calibration, and ∂d/∂P.
 pub fn distances(
     nominal: &Robot<f64>,
     index: ArmIndex,
     arm: &Arm<f64>,
     samples: &[Sample<f64>],
-) -> (DVector<f64>, Jacobian) {
+) -> (DVector<f64>, OMatrix<f64, Dyn, U8>) {
     let unit = 2.0 * nominal.arm(index).lb();
     let mut distances = DVector::zeros(samples.len());
-    let mut jacobian = Jacobian::zeros(samples.len());
+    let mut jacobian = OMatrix::<f64, Dyn, U8>::zeros(samples.len());
     for (k, sample) in samples.iter().enumerate() {
         let q = sample.joints[index.index()];
         distances[k] = arm.constraint(&sample.position, q) / unit;

@@ -336,6 +336,20 @@ fn usual(kind: Kind) -> Campaign {
     }
 }
 
+/// Of robots with linear drives.
+fn towers(kind: Kind, poses: usize) -> Campaign {
+    let made = tolerance(0.5, 0.17).with_linear(5.0, 1e-3).unwrap();
+    Campaign {
+        kind,
+        drive: Drive::Linear,
+        poses,
+        noise: Noise::new(0.02, 0.005).unwrap(),
+        made,
+        stated: Some(made),
+        robots: 50,
+    }
+}
+
 #[test]
 fn all_arms_together_are_at_the_bound() {
     // Distances that are better than heights, as of a camera above the robot.
@@ -365,7 +379,7 @@ fn all_arms_together_are_at_the_bound() {
 
 #[test]
 fn linear_drives_are_at_the_bound() {
-    let own = tolerance(0.5, 0.17).with_linear(5.0, 1e-3).unwrap();
+    let own = towers(Kind::Joint, 20).made;
     let with_radius = own.with_radius(3.0).unwrap();
     for (seed, (poses, made, is_stated, most)) in (0..).zip([
         (3, with_radius, true, 1.10),
@@ -380,13 +394,9 @@ fn linear_drives_are_at_the_bound() {
         (60, own, false, 1.05),
     ]) {
         let campaign = Campaign {
-            drive: Drive::Linear,
-            poses,
-            noise: Noise::new(0.02, 0.005).unwrap(),
             made,
             stated: is_stated.then_some(made),
-            robots: 50,
-            ..usual(Kind::Joint)
+            ..towers(Kind::Joint, poses)
         };
         campaign.check(1420 + seed, most, 0.02);
     }
@@ -432,6 +442,7 @@ fn single_precision_is_as_good() {
         };
         campaign.check(1450 + seed, 1.1, 0.0);
     }
+    towers(Kind::JointSingle, 20).check(1460, 1.05, 0.02);
 }
 
 /// The zeros are drawn with a σ of degrees, and take few linearisations more. Where the nominal robot is nearly singular in

@@ -8,8 +8,8 @@ use delta_cal::{
 };
 use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::{
-    Spread, calibrated, converted, generator, measurements, paper_robot,
-    parameter_differences, perturbed,
+    Spread, calibrated, converted, generator, measurements, paper_robot, parameter_differences,
+    perturbed,
 };
 use nalgebra::Vector3;
 

@@ -11,8 +11,8 @@ use delta_cal::simulate::{made_robot, random_pose};
 use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::geometries::{all_geometries, geometries_of, linear_geometries};
 use delta_cal_tests::{
-    Spread, calibrated, converted, generator, in_unit, largest_difference, measurements_within,
-    paper_robot, perturbed,
+    Spread, calibrated, generator, in_unit, largest_difference, measurements_within, paper_robot,
+    perturbed,
 };
 use nalgebra::{Matrix3, Vector3};
 use rand_pcg::Pcg32;
@@ -160,29 +160,6 @@ fn the_edge_of_a_towers_reach_is_singular_and_beyond_is_unreachable() {
     }
     assert!(robot.forward(&[0.0, 0.0, 1000.0]).is_err());
     assert!(robot.forward(&[f64::NAN, 0.0, 0.0]).is_err());
-}
-
-/// In single precision as good as the rounding of the samples lets it be.
-#[test]
-fn single_precision_gives_the_robot_back_within_its_rounding() {
-    for (index, (name, nominal, limits)) in (0..).zip(geometries_of(Drive::Linear)) {
-        let settings = Settings::<f32>::default().with_noise(Noise::new(0.02, 0.0).unwrap());
-        for robot in 0..10 {
-            let mut rng = generator(9130 + index, robot);
-            let truth = made(&nominal, &mut rng);
-            let samples = converted(&measurements_within(&truth, &limits, 30, None, &mut rng));
-            let outcome =
-                calibrated::<_, Joint>(&nominal.cast::<f32>().unwrap(), &samples, &settings)
-                    .unwrap();
-            let found = outcome.robot.cast::<f64>().unwrap();
-            for sample in measurements_within(&truth, &limits, 10, None, &mut rng) {
-                let off = (found.forward(&sample.joints).unwrap() - sample.position).norm();
-                // Travels and positions are rounded to f32 before; a few units in the last place.
-                let limit = 8.0 * f64::from(f32::EPSILON) * limits.maximum();
-                assert!(off < limit, "{name}, robot {robot}: {off}");
-            }
-        }
-    }
 }
 
 /// A parameter that a linear drive has not is neither counted nor estimated.

@@ -242,27 +242,37 @@ fn reset_is_new<T: Real, S: Subject<T>>(what: &str, seed: u64, new: impl Fn() ->
     }
 }
 
-/// Written, and restored into another that holds something else, after every sample.
+/// Written, and restored into another that holds something else, after every sample; of a gate also when it has raised the
+/// alarm.
 fn restored_goes_on<T: Real, S: Subject<T>>(what: &str, seed: u64, new: impl Fn() -> S) {
     let mut rng = generator(1770, seed);
     let truth = perturbed(&paper_robot(), 0.4, 2e-3, Spread::Normal, &mut rng);
-    let mut samples = measurements(&truth, 32, Some(&noise()), &mut rng);
+    let mut samples = measurements(&truth, 42, Some(&noise()), &mut rng);
     samples[15].position.x += 5.0;
-    let (mut whole, mut broken) = (new(), new());
-    for (index, sample) in samples.iter().enumerate() {
-        let kind = if index % 3 == 0 { 12 } else { ADD };
-        let added = call(kind, index, sample);
-        let bytes = broken.bytes();
-        broken = new();
-        broken.call(&call(ADD, 3, &samples[31 - index]));
-        broken.restore(&bytes).unwrap();
-        assert_eq!(broken.call(&added), whole.call(&added), "{what}: {index}");
-    }
-    let ends = [whole, broken].map(|mut own| {
+    let solved = |own: &mut S| {
         own.call(&call(SOLVE, 0, &samples[0]));
         own.call(&call(STEP, 10_000, &samples[0]))
-    });
-    assert_eq!(ends[0], ends[1], "{what}");
+    };
+    let (mut whole, mut broken) = (new(), new());
+    for (index, sample) in samples.iter().enumerate() {
+        let mut sample = *sample;
+        if index >= 32 {
+            sample.position.y += 8.0;
+        }
+        let kind = if index % 3 == 0 { 12 } else { ADD };
+        let added = call(kind, index, &sample);
+        let bytes = broken.bytes();
+        broken = new();
+        broken.call(&call(ADD, 3, &samples[41 - index]));
+        broken.restore(&bytes).unwrap();
+        assert_eq!(broken.call(&added), whole.call(&added), "{what}: {index}");
+        if [31, 41].contains(&index) {
+            let bytes = broken.bytes();
+            assert_eq!(solved(&mut broken), solved(&mut whole), "{what}");
+            whole.restore(&bytes).unwrap();
+            broken.restore(&bytes).unwrap();
+        }
+    }
 }
 
 /// With the length and the checksum that belong to it.

@@ -244,38 +244,6 @@ fn foreign_bytes_are_refused_as_what_they_are() {
     );
 }
 
-/// Early samples that a run contradicts, and many of them: the alarm and its sample outlast a power cut.
-#[test]
-fn an_alarm_is_in_the_snapshot() {
-    let (robot, samples) = &streams::<f64>(80)[0];
-    for good in [9, 30] {
-        let new = || Arms::new(robot, &stated(), &GATED);
-        let mut stream = new();
-        for (index, sample) in samples.iter().enumerate().take(good + 8) {
-            let mut sample = *sample;
-            if index >= good {
-                sample.position.y += 8.0;
-            }
-            add(&mut stream, &sample);
-        }
-        let first = good as u64;
-        let expected = if good < 16 {
-            Refusal::EarlySamplesWrong { first }
-        } else {
-            Refusal::RobotChanged { first }
-        };
-        assert_eq!(stream.alarm(), Some(expected));
-        let code = stream.solve().unwrap_err().code();
-        assert_eq!(code, if good < 16 { 93 } else { 92 });
-        let mut bytes = vec![0; Arms::SNAPSHOT_BYTES];
-        let length = stream.snapshot(&mut bytes).unwrap().len();
-        let mut restored = new();
-        restored.restore(&bytes[..length]).unwrap();
-        assert_eq!(restored.alarm(), Some(expected));
-        assert_eq!(restored.samples(), stream.samples());
-    }
-}
-
 /// The paper's robot with other forearms.
 fn with_forearms(forearm: f64) -> Robot<f64> {
     symmetric([194.0, 30.0, 260.0, forearm])

@@ -39,6 +39,16 @@ fn only_the_result_that_is_meant_is_applied() {
     // Again: the same answer, and nothing happens.
     assert_eq!(driver.apply(9, fingerprint), applied);
     assert!(driver.controller.take_switch().is_none());
+    // A link may hold the request back and deliver it when the parameters that it was to replace are in use again.
+    let late = Request::Apply {
+        session: 9,
+        fingerprint,
+        from: 0,
+    };
+    driver.revert(RevertTo::Previous);
+    let there = nominal.fingerprint();
+    assert_eq!(driver.fault(&late), Fault::OtherParameters { there });
+    assert_eq!(driver.parameters().origin, Origin::Nominal);
 }
 
 #[test]
@@ -125,38 +135,6 @@ fn going_back_twice_is_going_back_once() {
         let mut driver = Driver::<f32, _>::start(driver.into_flash());
         assert_eq!(driver.revert(to), once);
     }
-}
-
-/// A link may hold a request back and deliver it when everybody has forgotten it, also when the parameters
-/// that it was to replace are in use again.
-#[test]
-fn requests_that_come_late_change_nothing() {
-    let mut driver = Driver::<f32, _>::start(Flash::new());
-    let result = driver.solved(1, &samples(8, 20));
-    let nominal = driver.controller.current().fingerprint;
-    let apply = Request::Apply {
-        session: 1,
-        fingerprint: result,
-        from: driver.parameters().generation,
-    };
-    let applied = driver.ask(&apply);
-    assert_eq!(driver.ask(&apply), applied);
-    let revert = Request::Revert {
-        from: driver.parameters().generation,
-        to: RevertTo::Previous,
-    };
-    let reverted = driver.ask(&revert);
-    let late = driver.fault(&apply);
-    assert_eq!(late, Fault::OtherParameters { there: nominal });
-    let before = driver.parameters();
-    assert_eq!(Response::Parameters(before), reverted);
-    assert_eq!(before.origin, Origin::Nominal);
-    // Applied after all: now the revert comes again.
-    driver.apply(1, result);
-    assert_eq!(driver.controller.current().fingerprint, result);
-    let late = driver.fault(&revert);
-    assert_eq!(late, Fault::OtherParameters { there: result });
-    assert_eq!(driver.controller.current().fingerprint, result);
 }
 
 /// A robot that was calibrated elsewhere, with gears that are not exact: stored, used by the control loop, there after

@@ -2,10 +2,9 @@
 
 use crate::support::schema::violations;
 use crate::support::{
-    Folder, HEADER, NOISE, NOMINAL, Point, TOLERANCE, arms_of, csv, exact, noisy, number, true_arms,
+    Folder, NOISE, NOMINAL, Point, TOLERANCE, arms_of, csv, exact, noisy, number, true_arms,
 };
 use serde_json::Value;
-use std::fmt::Write;
 
 /// With a robot file that states tolerance and noise.
 fn folder(samples: &[(Point, Point)]) -> Folder {
@@ -143,31 +142,6 @@ fn copies_count_once_and_repeats_show_the_repeatability() {
     // √(0.015²/2 / 3): one difference in one of the three coordinates of one repeated pose.
     let sigma = number(of("repeatability"), "sigma_mm");
     assert!((sigma - 0.015 / 6.0_f64.sqrt()).abs() < 1e-6, "{sigma}");
-}
-
-/// Some rows from a camera, without z, and others from a gauge, with z alone.
-#[test]
-fn blanks_that_whole_groups_of_rows_have_are_meant() {
-    let mut text = HEADER.to_owned();
-    for (index, ([q1, q2, q3], [x, y, z])) in exact(&true_arms(), 40).into_iter().enumerate() {
-        let written = if index % 2 == 0 {
-            writeln!(text, "{q1},{q2},{q3},{x},{y},")
-        } else if index % 4 == 3 {
-            writeln!(text, "{q1},{q2},{q3},{x},{y},{z}")
-        } else {
-            writeln!(text, "{q1},{q2},{q3},,,{z}")
-        };
-        written.unwrap();
-    }
-    let folder = folder(&[]);
-    folder.write("samples.csv", text);
-    let json = json(&folder, "robot.toml samples.csv");
-    assert_eq!(json["method"], "fkm");
-    assert_eq!(json["reading_count"], 80);
-    let mut findings = json["findings"].as_array().unwrap().iter();
-    let blanks = findings.find(|own| own["kind"] == "blanks").unwrap();
-    let text = blanks["text"].as_str().unwrap();
-    assert!(text.contains("not measured: lines 2, 3, 4, 6"), "{text}");
 }
 
 #[test]

@@ -163,29 +163,3 @@ fn the_template_is_a_robot_file_with_every_key() {
             .ok();
     }
 }
-
-#[test]
-fn an_existing_file_is_not_replaced() {
-    let folder = Folder::new();
-    folder.write("robot.toml", "mine");
-    let run = folder.run("init");
-    assert_eq!(run.code, 4, "{}", run.stderr);
-    assert_eq!(folder.read("robot.toml"), "mine");
-    let printed = folder.run("init --output -").ok().stdout;
-    assert!(printed.contains("[nominal]"), "{printed}");
-    assert_eq!(folder.names(), ["robot.toml"]);
-}
-
-#[test]
-fn shells_know_every_command() {
-    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
-        let text = Folder::new()
-            .run(&format!("completions {shell}"))
-            .ok()
-            .stdout;
-        assert!(
-            text.contains("calibrate") && text.contains("columns"),
-            "{shell}"
-        );
-    }
-}

@@ -1,7 +1,7 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
 use crate::support::{
-    Folder, HEADER, NOMINAL, TOWERS, cases, csv, distance, exact, nominal_arms, rows_of,
+    Folder, HEADER, NOMINAL, cases, csv, distance, exact, nominal_arms, rows_of,
 };
 
 fn folder() -> Folder {
@@ -37,21 +37,6 @@ fn a_whole_samples_file_is_computed_from_its_angles_or_from_its_positions() {
             assert!(distance([row[3], row[4], row[5]], *x) < 1e-8, "{row:?}");
         }
     }
-}
-
-#[test]
-fn travels_are_written_in_the_unit_of_the_robot_file() {
-    let folder = Folder::new();
-    let robot = format!("{TOWERS}\n[convention]\nlength_unit = \"inch\"\n");
-    folder.write("robot.toml", robot);
-    // An inch is 25.4 mm.
-    folder.write("travels.csv", "s1_mm,s2_mm,s3_mm\n254,279.4,304.8\n");
-    let inches = folder.run("forward robot.toml travels.csv").ok().stdout;
-    let header = "s1_in,s2_in,s3_in,x_in,y_in,z_in\n10,11,12,";
-    assert!(inches.starts_with(header), "{inches}");
-    folder.write("inches.csv", &inches);
-    let again = folder.run("forward robot.toml inches.csv").ok().stdout;
-    assert_eq!(again, inches);
 }
 
 #[test]

@@ -169,24 +169,6 @@ fn measured_positions_are_replaced_only_by_force() {
 }
 
 #[test]
-fn what_is_assumed_is_said() {
-    let folder = folder();
-    let said = |robot: &str| folder.run(&format!("plan {robot} --count 30")).ok().stdout;
-    let bare = said("bare.toml");
-    let all = [
-        "0.02 mm",
-        "0.002°",
-        "assumed",
-        "Tolerance: none stated",
-        "(seed 1)",
-    ];
-    for words in all {
-        assert!(bare.contains(words), "{words}: {bare}");
-    }
-    assert!(!said("robot.toml").contains("assumed"));
-}
-
-#[test]
 fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
     let folder = folder();
     let rms = |json: &Value| number(json, "planned/relative_rms_mm");

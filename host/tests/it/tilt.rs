@@ -491,25 +491,6 @@ fn validations_state_the_error_of_platforms_that_tilt() {
     }
 }
 
-/// Three targets contradict Model 24: the refusal says what to state.
-#[test]
-fn a_tilt_that_is_not_modelled_is_named_when_it_is_refused() {
-    let mut own = made(
-        &rotary(true)[0],
-        (60.0, 0.0),
-        &TARGETS.map(Vector3::from),
-        10,
-        3,
-    );
-    own.file.parallelograms = None;
-    let refused = calibrate(&own.file, &own.readings, &Options::default()).unwrap_err();
-    let remedy = refused.remedy().unwrap();
-    assert!(
-        remedy.contains("state spacing_mm in [parallelogram]"),
-        "{refused} {remedy}"
-    );
-}
-
 /// Rotations in a file, with z up and down, and their noise in the robot file; without stated rods they are not used, and the report
 /// and its budget say what the rods could do.
 #[test]

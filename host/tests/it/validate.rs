@@ -225,30 +225,6 @@ fn a_stored_frame_is_not_fitted_again() {
     );
 }
 
-/// Datum points that fix no frame, or are not where the sensor saw them, are refused, not ignored.
-#[test]
-fn datum_points_that_are_none_are_refused() {
-    let point = |name: &str, [x, y]: [f64; 2], [a, b]: [f64; 2]| {
-        format!("[datum.{name}]\nx_mm = {x}\ny_mm = {y}\nz_mm = -500\nsensor_mm = [{a}, {b}, 0]\n")
-    };
-    let two = point("A", [300.0, 0.0], [0.0, 0.0]) + &point("B", [0.0, 300.0], [-300.0, 300.0]);
-    let folder = folder(NOMINAL, &shifted(12, [0.0; 3]));
-    for (name, third) in [
-        ("two", String::new()),
-        ("line", point("C", [150.0, 150.0], [-150.0, 150.0])),
-        ("off", point("C", [0.0, 0.0], [-300.0, 5.0])),
-    ] {
-        folder.write(&format!("{name}.toml"), format!("{}{two}{third}", stated()));
-    }
-    let table = "
-        two.toml check.csv ⇒ 3 ⇒ [datum] | 2 datum points
-        line.toml check.csv ⇒ 3 ⇒ [datum] | on a line
-        off.toml check.csv ⇒ 3 ⇒ [datum] | do not fit
-        ";
-    assert_refused(&folder, "validate --limit 1mm --frame sensor", table);
-    assert_refused(&folder, "calibrate --frame sensor", table);
-}
-
 #[test]
 fn what_cannot_be_validated_is_refused_with_place_cause_and_remedy() {
     let folder = folder(NOMINAL, &off(7));

@@ -140,8 +140,9 @@ fn the_template_is_a_robot_file_with_every_key() {
     let linear = format!("{towers}[noise]\nposition_mm = 0.02\njoint_mm = 0.01\n");
     for (kind, same) in [("rotary", rotary), ("linear", linear)] {
         let folder = Folder::new();
-        let run = folder.run(&format!("init --kind {kind}")).ok();
-        assert!(run.stdout.contains("Written: robot.toml"), "{}", run.stdout);
+        folder
+            .run(&format!("init --kind {kind}"))
+            .ends(0, "Written: robot.toml");
         let text = folder.read("robot.toml");
         assert_eq!(read(&text), read(&same));
         let arms = kind == "linear" || KEYS.iter().all(|key| text.contains(&format!("# {key} = ")));

@@ -1,8 +1,6 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
-use crate::support::{
-    Folder, HEADER, NOMINAL, cases, csv, distance, exact, nominal_arms, rows_of,
-};
+use crate::support::{Folder, HEADER, NOMINAL, cases, csv, distance, exact, nominal_arms, rows_of};
 
 fn folder() -> Folder {
     let folder = Folder::new();

@@ -63,10 +63,9 @@ fn json(folder: &Folder, arguments: &str) -> Value {
 #[test]
 fn the_poses_are_a_samples_file_of_the_nominal_robot() {
     let folder = folder();
-    let run = folder
+    folder
         .run("plan robot.toml --count 12 --output poses.csv")
-        .ok();
-    assert!(run.stdout.contains("Written: poses.csv"), "{}", run.stdout);
+        .ends(0, "Written: poses.csv");
     let rows = planned(&folder.read("poses.csv"));
     // The last row repeats the first.
     assert_eq!(rows.len(), 13);
@@ -159,9 +158,7 @@ fn measured_positions_are_replaced_only_by_force() {
         "notes".to_owned(),
     ] {
         folder.write("poses.csv", &text);
-        let run = folder.run(plan);
-        assert_eq!(run.code, 2, "{}", run.stderr);
-        assert!(run.stderr.contains("--force"), "{}", run.stderr);
+        folder.run(plan).ends(2, "--force");
         assert_eq!(folder.read("poses.csv"), text);
         folder.run(&format!("{plan} --force")).ok();
         assert_eq!(folder.read("poses.csv"), planned);
@@ -249,11 +246,9 @@ fn instruments_come_from_the_robot_file() {
     folder.write("robot.toml", format!("{TO_MEASURE}{instruments}"));
     let measures = "plane=8,point=10,distance=6";
     let plan = format!("plan robot.toml --measure {measures} --count 24");
-    let run = folder
+    folder
         .run(&format!("{plan} --output plan.csv --json plan.json"))
-        .ok();
-    let placed = "Put left, \"near\" at z = -520 mm";
-    assert!(run.stdout.contains(placed), "{}", run.stdout);
+        .ends(0, "Put left, \"near\" at z = -520 mm");
     let csv = folder.read("plan.csv");
     let header =
         "q1_deg,q2_deg,q3_deg,height_mm,plane,distance_mm,point,to_q1_deg,to_q2_deg,to_q3_deg,";
@@ -424,13 +419,9 @@ fn rows_that_are_too_few_or_say_too_little_are_told_as_such() {
     folder.write("wrong.csv", wrong);
     let table = "wrong.csv ⇒ 3 ⇒ wrong.csv:3";
     assert_refused(&folder, "plan touched.toml --samples", table);
-    let run = folder.run("plan touched.toml --samples few.csv");
-    assert_eq!(run.code, 1, "{}", run.stdout);
-    assert!(
-        run.stderr.contains("not expected to halve"),
-        "{}",
-        run.stderr
-    );
+    folder
+        .run("plan touched.toml --samples few.csv")
+        .ends(1, "not expected to halve");
     // Heights above one plane do not determine the scale.
     let bare = "[planes.plane]\nz_mm = -560\nsigma_mm = 10\nblocks_mm = [0]\n";
     folder.write("plate.toml", format!("{TO_MEASURE}{bare}"));

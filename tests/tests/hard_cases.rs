@@ -162,7 +162,7 @@ fn angles_that_are_known_exactly_are_not_determined_by_the_samples() {
     let double = calibrated::<_, Ikm>(&paper_robot(), &samples, &settings).unwrap();
     let tolerance = Tolerance::new(0.5, 1e-15).unwrap();
     let settings = Settings::default().with_tolerance(tolerance);
-    let single = calibrated::<_, Ikm>(&paper_robot(), &converted(&samples), &settings).unwrap();
+    let single = calibrated::<f32, Ikm>(&paper_robot(), &converted(&samples), &settings).unwrap();
     for (single, double) in single.arms.iter().zip(&double.arms) {
         let (found, expected) = (single.degrees_of_freedom, double.degrees_of_freedom);
         // Thirteen samples less six lengths.

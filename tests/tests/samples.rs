@@ -189,7 +189,7 @@ fn forgetting_weighs_old_samples_down() {
     let mut other = filled(&samples, &weighted());
     other.forget(0.5).unwrap();
     other.merge(&forgetful).unwrap();
-    for (mut own, remembered, samples) in [(forgetful, 37.5, 60), (other, 67.5, 120)] {
+    for (own, remembered, samples) in [(&mut forgetful, 37.5, 60), (&mut other, 67.5, 120)] {
         // λ of 1 and more forgets nothing.
         for lambda in [1.0, 1.5, f64::NAN] {
             own.forget(lambda).unwrap();

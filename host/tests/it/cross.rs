@@ -218,7 +218,7 @@ impl Case {
                     }
                 }
             }
-            push(readings, row);
+            push(readings, &row);
         }
     }
 }

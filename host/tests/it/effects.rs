@@ -122,7 +122,7 @@ fn made(
             target,
             ..Reading::at(joints.map(|q| q + normal(0.002_f64.to_radians())))
         };
-        push(&mut readings, own);
+        push(&mut readings, &own);
     }
     (file, readings, truth)
 }

@@ -194,7 +194,7 @@ impl Made {
             turn,
             ..Reading::at(joints.map(|q| q + normal(joint.to_radians())))
         };
-        push(&mut self.readings, own);
+        push(&mut self.readings, &own);
     }
 }
 
@@ -517,7 +517,7 @@ fn rotations_are_read_in_the_axes_of_the_robot_file() {
             let position = Vector3::from(row.position.map(Option::unwrap));
             let position = convention.position(&position);
             let [q1, q2, q3] = convention.joints(&row.joints);
-            let ([x, y, z], [rx, ry, rz]): (Point, Point) = (position.into(), turn.into());
+            let ([x, y, z], [rx, ry, rz]): (Point, Point) = (position, turn.into());
             writeln!(csv, "{q1},{q2},{q3},{x},{y},{z},{rx},{ry},{rz}").unwrap();
         }
         folder.write("samples.csv", csv);

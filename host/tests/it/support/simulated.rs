@@ -161,14 +161,15 @@ pub(crate) fn readings(
             }
         }
         before = joints;
-        push(&mut readings, own);
+        push(&mut readings, &own);
     }
     readings
 }
 
 /// Another row at the end.
-pub(crate) fn push(readings: &mut Readings, value: Reading) {
+pub(crate) fn push(readings: &mut Readings, value: &Reading) {
     let line = readings.rows.len() as u64 + 2;
+    let value = *value;
     readings.rows.push(Row { line, value });
 }
 

@@ -203,8 +203,7 @@ fn poses_to_measure_next_keep_their_promise() {
                 ratios.push(reached / promised);
             }
         }
-        let number = ratios.iter().map(|_| 1.0).sum::<f64>();
-        let mean = ratios.iter().sum::<f64>() / number;
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
         println!("{}: reached/promised {mean:.3}, {ratios:.2?}", case.name);
         assert!(
             ratios.len() >= 6 && (0.85..1.15).contains(&mean),

@@ -43,15 +43,13 @@ fn promised(
         for seed in 0..size(4, 40) {
             let seed = seed + 1000 * place as u64;
             let (truth, readings) = measured(&file, instrument, rows, seed);
-            let frame = if instrument == Instrument::Tracker {
-                Frame::Sensor
-            } else {
-                Frame::Base
+            let frame = match instrument {
+                Instrument::Tracker => Frame::Sensor,
+                _ => Frame::Base,
             };
             let options = Options {
                 method,
-                frame,
-                ..Options::default()
+                ..Options::in_frame(frame)
             };
             if let Ok(report) = calibrate(&file, &readings, &options) {
                 promise.add(&file, &truth, &report, seed);
@@ -211,16 +209,18 @@ fn overstated(times: f64) -> RobotFile {
     }
 }
 
+/// The number that stands after these words.
+fn after(text: &str, words: &str) -> f64 {
+    let (_, value) = text.split_once(words).expect(text);
+    let digits = |c: char| c.is_ascii_digit() || "e-.".contains(c);
+    let end = value.find(|c| !digits(c)).unwrap_or(value.len());
+    value[..end].trim_end_matches('.').parse().unwrap()
+}
+
 /// A noise that is stated too large keeps the robot near its start, which enlarges the residuals: they do not show it.
 #[test]
 fn a_noise_stated_too_large_is_told_what_the_readings_show() {
     let (_, readings) = measured(&first(), Instrument::Positions, 30, 3);
-    let shown = |text: &str| {
-        let (_, value) = text.split_once("position_mm = ").unwrap();
-        let digits = |c: char| c.is_ascii_digit() || c == '.';
-        let end = value.find(|c| !digits(c)).unwrap_or(value.len());
-        value[..end].trim_end_matches('.').parse::<f64>().unwrap()
-    };
     for times in [5.0, 10.0, 40.0, 300.0, 1000.0, 5000.0] {
         let said = match calibrate(&overstated(times), &readings, &Options::default()) {
             Ok(report) => {
@@ -229,7 +229,7 @@ fn a_noise_stated_too_large_is_told_what_the_readings_show() {
             }
             Err(error) => error.remedy().unwrap(),
         };
-        let of_true = shown(&said) / SIGMAS[0];
+        let of_true = after(&said, "position_mm = ") / SIGMAS[0];
         assert!((0.8..1.5).contains(&of_true), "{times}: {said}");
     }
 }
@@ -250,15 +250,11 @@ fn a_joint_noise_stated_too_large_is_told_from_one_of_positions() {
             .join(" ")
     };
     for times in [10.0, 20.0] {
-        let said_of = said(times * joint);
-        let (_, advised) = said_of
-            .split_once("because joint_deg is too large. Set joint_deg = ")
-            .expect(&said_of);
-        let advised = advised
-            .split_once(". ")
-            .map_or(advised, |own| own.0)
-            .trim_end_matches('.');
-        assert_eq!(said(advised.parse().unwrap()), "", "{times}: {advised}");
+        let advised = after(
+            &said(times * joint),
+            "because joint_deg is too large. Set joint_deg = ",
+        );
+        assert_eq!(said(advised), "", "{times}: {advised}");
     }
 }
 

@@ -247,10 +247,7 @@ fn tools(campaign: Campaign) -> [f64; 5] {
         own.measure_all(campaign.poses, &mut rng);
         own.file.tool = Some(tool);
         own.file.parallelograms = own.file.parallelograms.filter(|_| campaign.known);
-        let options = Options {
-            frame: campaign.frame,
-            ..Options::default()
-        };
+        let options = Options::in_frame(campaign.frame);
         // Model 24 does not fit all robots that tilt; of others a few are doubted.
         let Ok(report) = calibrate(&own.file, &own.readings, &options) else {
             continue;
@@ -287,9 +284,7 @@ fn tools(campaign: Campaign) -> [f64; 5] {
         let (is, stated) = (squares.sum::<f64>(), stated * stated);
         let whole = stated + unknown * unknown;
         let each = [is, stated, best[0], best[1]].map(|own| own / (size * size));
-        let [one, two, three, four] = each;
-        let each = [one, two, three, four, is / whole];
-        for (sum, own) in sums.iter_mut().zip(each) {
+        for (sum, own) in sums.iter_mut().zip(each.into_iter().chain([is / whole])) {
             *sum += own;
         }
     }
@@ -496,16 +491,9 @@ fn validations_state_the_error_of_platforms_that_tilt() {
 #[test]
 fn rotations_are_read_in_the_axes_of_the_robot_file() {
     let folder = Folder::new();
-    let mut own = made(
-        &rotary(true)[0],
-        (60.0, RODS[1].to_radians()),
-        &TARGETS[..1]
-            .iter()
-            .map(|own| Vector3::from(*own))
-            .collect::<Vec<_>>(),
-        0,
-        3,
-    );
+    let rods = (60.0, RODS[1].to_radians());
+    let target = Vector3::from(TARGETS[0]);
+    let mut own = made(&rotary(true)[0], rods, &[target], 0, 3);
     own.file.instruments.orientation_noise = Some(0.01_f64.to_radians());
     own.measure_all(20, &mut Pcg32::seed_from_u64(3));
     let tilt = [Vertical::Up, Vertical::Down].map(|z| {
@@ -589,13 +577,8 @@ fn planned_poses_keep_their_promise_where_the_platform_tilts() {
 #[test]
 fn forward_and_inverse_take_targets_and_the_correction_table_is_that_of_the_tool() {
     let targets = TARGETS.map(Vector3::from);
-    let own = made(
-        &rotary(true)[0],
-        (60.0, RODS[1].to_radians()),
-        &targets,
-        12,
-        3,
-    );
+    let rods = (60.0, RODS[1].to_radians());
+    let own = made(&rotary(true)[0], rods, &targets, 12, 3);
     let mut file = own.file.with_tolerance(None);
     file.robot = own.truth.clone();
     file.parallelograms = Some(own.rods);

@@ -1,12 +1,11 @@
 //! Robots with proportions other than the paper's.
 
-use crate::closures::inverse_of;
 use crate::paper_limits;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, Drive, ParameterKind};
 use delta_cal::simulate::random_pose;
-use delta_cal::{Noise, Parameter, Robot, Sample, SymmetricRobot, Tolerance};
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector2, Vector3};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, SymmetricRobot, Tolerance};
+use nalgebra::{DMatrix, DVector, Dyn, Matrix3, OMatrix, SMatrix, U8, Vector2, Vector3};
 use rand_core::Rng;
 
 /// Base radius, platform radius, upper arm and forearm, mm.
@@ -251,4 +250,31 @@ pub fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
     let [a, b] =
         [robot, truth].map(|own| DVector::from_column_slice(own.parameters().as_flattened()));
     a - b
+}
+
+/// d = f/(2 Lb) of an arm, the distance along the forearm of the robot before calibration, and ∂d/∂P.
+pub fn distances(
+    nominal: &Robot<f64>,
+    index: ArmIndex,
+    arm: &Arm<f64>,
+    samples: &[Sample<f64>],
+) -> (DVector<f64>, OMatrix<f64, Dyn, U8>) {
+    let unit = 2.0 * nominal.arm(index).lb();
+    let mut distances = DVector::zeros(samples.len());
+    let mut jacobian = OMatrix::<f64, Dyn, U8>::zeros(samples.len());
+    for (k, sample) in samples.iter().enumerate() {
+        let q = sample.joints[index.index()];
+        distances[k] = arm.constraint(&sample.position, q) / unit;
+        let row = arm.constraint_by_parameters(&sample.position, q) / unit;
+        jacobian.set_row(k, &row.transpose());
+    }
+    (distances, jacobian)
+}
+
+/// Inverts an information matrix of lengths and angles; scaled first, since they differ by a factor of some hundred.
+fn inverse_of(information: &SMatrix<f64, 24, 24>) -> Option<SMatrix<f64, 24, 24>> {
+    let scale = information.map_diagonal(|entry| entry.sqrt().recip());
+    let scale = SMatrix::<f64, 24, 24>::from_diagonal(&scale);
+    let inverse = (scale * information * scale).try_inverse()?;
+    Some(scale * inverse * scale)
 }

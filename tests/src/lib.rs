@@ -3,16 +3,16 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::expect_used, clippy::missing_panics_doc)] // a panic fails the test
 
-pub mod closures;
 pub mod geometries;
 pub mod goldens;
 
 pub use delta_cal_target_tests::nominal as paper_robot;
 
+use delta_cal::calibration::{Calibrator, Estimator};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
-use delta_cal::{Noise, Parameter, Real, Robot, Sample};
+use delta_cal::{Noise, Parameter, Real, Refusal, Robot, Sample, Settings};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -23,6 +23,14 @@ pub fn paper_limits<T: Real>() -> JointLimits<T> {
         T::from_f64(90f64.to_radians()),
     )
     .expect("the limits are valid")
+}
+
+/// In radians.
+pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// A tracker's noise and an encoder's: 0.02 mm and 0.002°.
+pub fn noise<T: Real>() -> Noise<T> {
+    Noise::new(T::from_f64(0.02), T::from_f64(0.002 * DEGREE)).expect("it is a noise")
 }
 
 /// Chooses the size of a campaign: short by default, but large enough to find the errors it targets; long with
@@ -152,13 +160,28 @@ pub fn parameter_differences(a: &Robot<f64>, b: &Robot<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// The same samples, each number rounded to single precision.
-pub fn to_single(samples: &[Sample<f64>]) -> Vec<Sample<f32>> {
-    samples
-        .iter()
-        .map(|sample| Sample {
-            joints: sample.joints.map(f32::from_f64),
-            position: sample.position.map(f32::from_f64),
-        })
-        .collect()
+/// The same samples, each number rounded to a precision.
+pub fn converted<T: Real>(samples: &[Sample<f64>]) -> Vec<Sample<T>> {
+    let sample = |own: &Sample<f64>| Sample {
+        joints: own.joints.map(T::from_f64),
+        position: own.position.map(T::from_f64),
+    };
+    samples.iter().map(sample).collect()
+}
+
+/// What comes of samples.
+///
+/// # Errors
+/// The calibration's refusal.
+///
+/// # Panics
+/// If a sample is none.
+pub fn calibrated<T: Real, E: Estimator>(
+    nominal: &Robot<T>,
+    samples: &[Sample<T>],
+    settings: &Settings<T>,
+) -> Result<E::Outcome<T>, Refusal> {
+    let mut calibrator = Calibrator::<T, E>::new(nominal, settings);
+    calibrator.add_many(samples).expect("they are samples");
+    calibrator.calibrate()
 }

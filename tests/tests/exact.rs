@@ -1,13 +1,13 @@
 //! Exact measurements return the exact robot: hundreds of random robots like the paper's, start error 1 cm and 1°, and ten
 //! of every other geometry and drive.
 
-use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint, Start};
+use delta_cal::calibration::{Estimator, Ikm, Joint, Start};
 use delta_cal::robot::Drive;
-use delta_cal::{IkmCalibrator, Real, Robot, RobotOutcome, Sample, Settings, SymmetricRobot};
+use delta_cal::{Robot, Sample, Settings, SymmetricRobot};
 use delta_cal_tests::geometries::all_geometries;
 use delta_cal_tests::{
-    Spread, generator, largest_difference, measurements, measurements_within, paper_robot,
-    perturbed, size, to_single,
+    Spread, calibrated, converted, generator, largest_difference, measurements,
+    measurements_within, paper_robot, perturbed, size,
 };
 
 /// Like the paper's.
@@ -26,16 +26,6 @@ fn case(campaign: u64, robot: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>
     );
     let samples = measurements(&truth, count, None, &mut rng);
     (truth, samples)
-}
-
-fn calibrate<T: Real>(
-    start: &Robot<T>,
-    samples: &[Sample<T>],
-    settings: &Settings<T>,
-) -> Option<RobotOutcome<T>> {
-    let mut calibrator = IkmCalibrator::new(start, settings);
-    calibrator.add_many(samples).unwrap();
-    calibrator.calibrate().ok()
 }
 
 /// A robot as drawn, one built from it, and exact measurements of the latter.
@@ -64,13 +54,11 @@ impl Made {
     /// Whether the robot is returned to 1e-6 mm, for rotary drives of the paper's scale.
     fn is_returned<E: Estimator>(&self, settings: &Settings<f64>) -> bool {
         let Self(nominal, truth, samples) = self;
-        let mut calibrator = Calibrator::<f64, E>::new(nominal, settings);
-        calibrator.add_many(samples).unwrap();
         let scale = match nominal.drive() {
             Drive::Rotary => nominal.arms()[0].lb() / 480.0,
             Drive::Linear => 1.0,
         };
-        let found = calibrator.calibrate();
+        let found = calibrated::<f64, E>(nominal, samples, settings);
         found.is_ok_and(|found| largest_difference(E::robot(&found), truth) < 1e-6 * scale)
     }
 }
@@ -134,12 +122,9 @@ fn single_precision_returns_every_robot_to_5_micrometres_from_twenty_poses() {
         let mut worst = 0f64;
         for robot in 0..robots() {
             let (truth, samples) = case(34, robot, count);
-            let outcome = calibrate::<f32>(
-                &paper_robot::<f64>().cast().unwrap(),
-                &to_single(&samples),
-                &Settings::default(),
-            )
-            .unwrap_or_else(|| panic!("{count} poses, robot {robot}: refused"));
+            let outcome =
+                calibrated::<f32, Ikm>(&paper_robot(), &converted(&samples), &Settings::default())
+                    .unwrap_or_else(|error| panic!("{count} poses, robot {robot}: {error}"));
             let error = largest_difference(&outcome.robot.cast().unwrap(), &truth);
             assert!(error < 5e-3, "{count} poses, robot {robot}: {error:e} mm");
             worst = worst.max(error);
@@ -170,8 +155,8 @@ fn twelve_poses_return_every_robot_without_a_guess() {
             let (truth, samples) = case(35, robot, count);
             for free in [true, false] {
                 let settings = Settings::default().with_free_start(free);
-                let outcome = calibrate(&no_guess(), &samples, &settings)
-                    .unwrap_or_else(|| panic!("{count} poses, robot {robot}, {free}: refused"));
+                let outcome = calibrated::<f64, Ikm>(&no_guess(), &samples, &settings)
+                    .unwrap_or_else(|error| panic!("{count}, robot {robot}, {free}: {error}"));
                 let error = largest_difference(&turned_near(&outcome.robot, &truth), &truth);
                 assert!(
                     error < 1e-6,

@@ -9,16 +9,11 @@ use delta_cal::{
     Settings, Tolerance,
 };
 use delta_cal_tests::{
-    Spread, generator, measurements, paper_robot, perturbed, size, to_single, uniform,
+    DEGREE, Spread, converted, generator, measurements, noise, paper_robot, perturbed, size,
+    uniform,
 };
 use nalgebra::Vector3;
 use rand_pcg::Pcg32;
-
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
-
-fn noise() -> Noise<f64> {
-    Noise::new(0.02, 0.002 * DEGREE).unwrap()
-}
 
 /// Noise and tolerance stated, the robot drawn by them.
 fn stated(length: f64, angle: f64) -> Settings<f64> {
@@ -217,7 +212,7 @@ fn single_precision_decides_as_double() {
         for sample in measured.iter_mut().skip(30).step_by(50) {
             *sample = slipped(sample, &mut rng);
         }
-        for (sample, rounded) in measured.iter().zip(to_single(&measured)) {
+        for (sample, rounded) in measured.iter().zip(converted(&measured)) {
             let a = wide.add(sample);
             let b = narrow.add(&rounded);
             samples += 1;

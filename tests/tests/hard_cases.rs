@@ -1,15 +1,15 @@
 //! Data that are honest and hard: noise as large as the tolerance, hardly a sample to spare, a
 //! robot far from the origin, single precision. None may be refused or end short of the optimum.
 
+use delta_cal::calibration::Ikm;
 use delta_cal::robot::Arm;
 use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample,
-    Settings, Tolerance,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, Sample, Settings, Tolerance,
 };
 use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::{
-    Spread, generator, in_unit, measurements, paper_robot, parameter_differences, perturbed,
-    to_single,
+    Spread, calibrated, converted, generator, measurements, paper_robot, parameter_differences,
+    perturbed,
 };
 use nalgebra::Vector3;
 
@@ -30,16 +30,6 @@ fn robot_and_samples(seed: u64, count: usize, noise: (f64, f64)) -> (Robot<f64>,
     (truth, samples)
 }
 
-fn factor<T: Real>(
-    robot: &Robot<T>,
-    samples: &[Sample<T>],
-    settings: &Settings<T>,
-) -> Result<RobotOutcome<T>, Refusal> {
-    let mut calibrator = IkmCalibrator::new(robot, settings);
-    calibrator.add_many(samples).unwrap();
-    calibrator.calibrate()
-}
-
 #[test]
 fn noise_as_large_as_the_start_error_converges() {
     let noise = (1.0, 1.745e-4);
@@ -47,7 +37,7 @@ fn noise_as_large_as_the_start_error_converges() {
         for seed in 0..60 {
             let (_, samples) = robot_and_samples(seed, count, noise);
             let settings = Settings::default().with_noise(Noise::new(noise.0, noise.1).unwrap());
-            let result = factor(&paper_robot(), &samples, &settings);
+            let result = calibrated::<_, Ikm>(&paper_robot(), &samples, &settings);
             // Uncertain or undetermined may be true; "did not converge" is the solver's own fault.
             assert!(
                 !matches!(result, Err(Refusal::NotConverged { .. })),
@@ -63,7 +53,9 @@ fn sigmas_from_few_spare_samples_do_not_promise_too_much() {
     for count in [9, 10] {
         for seed in 0..50 {
             let (_, samples) = robot_and_samples(seed, count, (0.05, 0.0));
-            if let Ok(outcome) = factor(&paper_robot(), &samples, &Settings::default()) {
+            if let Ok(outcome) =
+                calibrated::<_, Ikm>(&paper_robot(), &samples, &Settings::default())
+            {
                 assert!(outcome.arms.iter().all(|arm| arm.covariance.is_none()));
             }
         }
@@ -72,7 +64,8 @@ fn sigmas_from_few_spare_samples_do_not_promise_too_much() {
         let (mut beyond, mut total) = (0, 0);
         for seed in 0..500 {
             let (truth, samples) = robot_and_samples(seed, count, (0.05, 0.0));
-            let Ok(outcome) = factor(&paper_robot(), &samples, &Settings::default()) else {
+            let Ok(outcome) = calibrated::<_, Ikm>(&paper_robot(), &samples, &Settings::default())
+            else {
                 continue;
             };
             let errors = parameter_differences(&outcome.robot, &truth);
@@ -119,24 +112,11 @@ fn an_azimuth_may_cross_the_full_turn() {
     let samples = measurements(&truth, 20, None, &mut rng);
     for damped in [true, false] {
         let settings = Settings::default().with_damping(damped);
-        let outcome = factor(&nominal, &samples, &settings).unwrap();
+        let outcome = calibrated::<_, Ikm>(&nominal, &samples, &settings).unwrap();
         for sample in &samples {
             let x = outcome.robot.forward(&sample.joints).unwrap();
             assert!((x - sample.position).norm() < 1e-8);
         }
-    }
-}
-
-#[test]
-fn forward_kinematics_work_in_any_unit_in_single_precision() {
-    let expected = paper_robot::<f64>().forward(&[0.3, 0.4, 0.5]).unwrap();
-    for exponent in -15..=15 {
-        let unit = 10f64.powi(exponent);
-        let robot = in_unit(&paper_robot(), unit).cast::<f32>().unwrap();
-        let x = robot.forward(&[0.3, 0.4, 0.5]).unwrap();
-        let error = (x.cast::<f64>() / unit - expected).norm();
-        // A few ε of 500 mm, in any unit.
-        assert!(error < 1e-3, "1e{exponent}: {error} mm");
     }
 }
 
@@ -179,10 +159,10 @@ fn angles_that_are_known_exactly_are_not_determined_by_the_samples() {
     let samples = measurements(&truth, 13, Some(&noise), &mut rng);
     let tolerance = Tolerance::new(0.5, 1e-15).unwrap();
     let settings = Settings::default().with_tolerance(tolerance);
-    let double = factor(&paper_robot(), &samples, &settings).unwrap();
+    let double = calibrated::<_, Ikm>(&paper_robot(), &samples, &settings).unwrap();
     let tolerance = Tolerance::new(0.5, 1e-15).unwrap();
     let settings = Settings::default().with_tolerance(tolerance);
-    let single = factor(&paper_robot(), &to_single(&samples), &settings).unwrap();
+    let single = calibrated::<f32, Ikm>(&paper_robot(), &converted(&samples), &settings).unwrap();
     for (single, double) in single.arms.iter().zip(&double.arms) {
         let (found, expected) = (single.degrees_of_freedom, double.degrees_of_freedom);
         // Thirteen samples less six lengths.

@@ -1,7 +1,6 @@
 //! Robots whose elbows are carriages on towers: kinematics against other formulas, and exact data give the robot back.
 
-use crate::accuracy::joint;
-use delta_cal::calibration::JointCalibrator;
+use delta_cal::calibration::{Joint, JointCalibrator};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane,
@@ -12,8 +11,8 @@ use delta_cal::simulate::{made_robot, random_pose};
 use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::geometries::{all_geometries, geometries_of, linear_geometries};
 use delta_cal_tests::{
-    Spread, generator, in_unit, largest_difference, measurements_within, paper_robot, perturbed,
-    to_single,
+    Spread, calibrated, generator, in_unit, largest_difference, measurements_within, paper_robot,
+    perturbed,
 };
 use nalgebra::{Matrix3, Vector3};
 use rand_pcg::Pcg32;
@@ -110,24 +109,31 @@ fn what_is_no_tower_is_no_arm() {
     );
 }
 
-/// In metres and in millimetres a robot has the same joint angles, and travels in its own unit.
+/// In any unit a robot has the same joint angles, and travels in its own unit.
 #[test]
 fn the_unit_of_length_makes_no_difference() {
     for (_, robot, limits) in all_geometries() {
         let pose = random_pose(&robot, &limits, &mut generator(9110, 0)).unwrap();
         let (x, joints) = (pose.position, pose.joints);
-        for scale in [1e-3, 1e3] {
-            let scaled = in_unit(&robot, scale);
-            let back = scaled.inverse(&(x * scale)).unwrap();
-            for (found, expected) in back.iter().zip(joints) {
-                let unit = if robot.drive() == Drive::Linear {
-                    scale
-                } else {
-                    1.0
-                };
+        let is_linear = robot.drive() == Drive::Linear;
+        for exponent in -15..=15 {
+            let unit = 10f64.powi(exponent);
+            let scaled = in_unit(&robot, unit);
+            let turned = if is_linear { unit } else { 1.0 };
+            for (found, expected) in scaled.inverse(&(x * unit)).unwrap().iter().zip(joints) {
                 // Lengths of some hundred: a few thousand ε.
-                assert!((found / unit - expected).abs() < 1e-9, "{found} {expected}");
+                assert!(
+                    (found / turned - expected).abs() < 1e-9,
+                    "{found} {expected}"
+                );
             }
+            let single = scaled.cast::<f32>().unwrap();
+            let there = single
+                .forward(&joints.map(|q| (q * turned) as f32))
+                .unwrap();
+            // A few ε of up to 1500 mm.
+            let off = (there.cast::<f64>() / unit - x).norm();
+            assert!(off < 3e-3, "1e{exponent}: {off} mm");
         }
     }
 }
@@ -156,27 +162,6 @@ fn the_edge_of_a_towers_reach_is_singular_and_beyond_is_unreachable() {
     assert!(robot.forward(&[f64::NAN, 0.0, 0.0]).is_err());
 }
 
-/// In single precision as good as the rounding of the samples lets it be.
-#[test]
-fn single_precision_gives_the_robot_back_within_its_rounding() {
-    for (index, (name, nominal, limits)) in (0..).zip(geometries_of(Drive::Linear)) {
-        let settings = Settings::<f32>::default().with_noise(Noise::new(0.02, 0.0).unwrap());
-        for robot in 0..10 {
-            let mut rng = generator(9130 + index, robot);
-            let truth = made(&nominal, &mut rng);
-            let samples = to_single(&measurements_within(&truth, &limits, 30, None, &mut rng));
-            let outcome = joint(&nominal.cast::<f32>().unwrap(), &samples, &settings).unwrap();
-            let found = outcome.robot.cast::<f64>().unwrap();
-            for sample in measurements_within(&truth, &limits, 10, None, &mut rng) {
-                let off = (found.forward(&sample.joints).unwrap() - sample.position).norm();
-                // Travels and positions are rounded to f32 before; a few units in the last place.
-                let limit = 8.0 * f64::from(f32::EPSILON) * limits.maximum();
-                assert!(off < limit, "{name}, robot {robot}: {off}");
-            }
-        }
-    }
-}
-
 /// A parameter that a linear drive has not is neither counted nor estimated.
 #[test]
 fn the_empty_place_stays_empty() {
@@ -189,7 +174,7 @@ fn the_empty_place_stays_empty() {
         let settings = Settings::default()
             .with_noise(noise)
             .with_tolerance(tolerance);
-        let outcome = joint(&nominal, &samples, &settings).unwrap();
+        let outcome = calibrated::<_, Joint>(&nominal, &samples, &settings).unwrap();
         let covariance = outcome.estimate.covariance.unwrap();
         for place in [6, 14, 22] {
             assert!(covariance.column(place).iter().all(|entry| *entry == 0.0));

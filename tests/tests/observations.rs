@@ -166,6 +166,15 @@ fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
     })
 }
 
+/// Asserts that numbers are within this of others.
+fn near(name: &str, found: &[f64], expected: &[f64], off: f64) {
+    assert_eq!(found.len(), expected.len(), "{name}");
+    for (found, expected) in found.iter().zip(expected) {
+        let apart = (found - expected).abs();
+        assert!(apart < off, "{name}: {found} {expected}");
+    }
+}
+
 /// How many σ the farthest parameter is off.
 fn farthest(found: &Found, case: &Case) -> f64 {
     let expected = numbers(&case.parameters).into_iter();
@@ -227,37 +236,17 @@ fn double_precision_agrees_with_scipy() {
         let found = solved::<f64>(&case).unwrap_or_else(|error| panic!("{}: {error}", case.name));
         let farthest = farthest(&found, &case);
         assert!(farthest < 1e-7, "{}: {farthest:e}", case.name);
-        for (found, expected) in found.sigmas.iter().zip(numbers(&case.sigmas)) {
-            // σ is taken where the last linearisation was, a step of 1e-3 σ at most before the end.
-            assert!(
-                (found / expected - 1.0).abs() < 1e-4,
-                "{}: {found} {expected}",
-                case.name
-            );
-        }
-        let cost = cost_of_readings(&case);
-        assert!(
-            (found.cost / cost - 1.0).abs() < 1e-6,
-            "{}: {} {cost}",
-            case.name,
-            found.cost
-        );
-        for (found, expected) in found.numbers.iter().zip(numbers(&case.numbers)) {
-            // Of some 1e-3, known to 1e-5 at best.
-            assert!(
-                (found - expected).abs() < 1e-10,
-                "{}: {found} {expected}",
-                case.name
-            );
-        }
-        for (found, expected) in found.unknowns.iter().zip(numbers(&case.unknowns)) {
-            // Lengths of some 1e2 mm and slopes, known to 1e-2 mm and 1e-4 at best.
-            assert!(
-                (found - expected).abs() < 1e-5,
-                "{}: {found} {expected}",
-                case.name
-            );
-        }
+        // σ is taken where the last linearisation was, a step of 1e-3 σ at most before the end.
+        let ratios = found.sigmas.iter().zip(numbers(&case.sigmas));
+        let ratios: Vec<_> = ratios.map(|(found, expected)| found / expected).collect();
+        near(&case.name, &ratios, &[1.0; 24], 1e-4);
+        let cost = found.cost / cost_of_readings(&case);
+        near(&case.name, &[cost], &[1.0], 1e-6);
+        // Of some 1e-3, known to 1e-5 at best.
+        let gears = &found.numbers[..case.numbers.len()];
+        near(&case.name, gears, &numbers(&case.numbers), 1e-10);
+        // Lengths of some 1e2 mm and slopes, known to 1e-2 mm and 1e-4 at best.
+        near(&case.name, &found.unknowns, &numbers(&case.unknowns), 1e-5);
     }
 }
 

@@ -1,9 +1,8 @@
 //! Calibrations from positions against an independent optimum: SciPy's.
 
-use crate::accuracy::joint;
-use delta_cal::IkmCalibrator;
+use delta_cal::calibration::{Ikm, Joint};
 use delta_cal_tests::goldens::{Bits, GoldenInput, numbers, robot};
-use delta_cal_tests::paper_robot;
+use delta_cal_tests::{calibrated, paper_robot};
 use nalgebra::SMatrix;
 use serde::Deserialize;
 
@@ -66,9 +65,7 @@ fn both_solvers_reach_scipys_optimum_of_each_arm() {
         let samples = golden.input.samples();
         for damped in [true, false] {
             let settings = golden.input.settings().with_damping(damped);
-            let mut calibrator = IkmCalibrator::new(&paper_robot(), &settings);
-            calibrator.add_many(&samples).unwrap();
-            let outcome = calibrator.calibrate().unwrap();
+            let outcome = calibrated::<_, Ikm>(&paper_robot(), &samples, &settings).unwrap();
             for (index, result) in outcome.arms.iter().enumerate() {
                 // Without weights SciPy's residuals are in mm and its covariance unscaled: times cost/ν, and ν/(ν − 2)
                 // for Student's t.
@@ -100,7 +97,7 @@ fn scipys_optimum_of_all_arms_is_reached() {
         let nominal = robot(&golden.nominal);
         let samples = golden.input.samples();
         let settings = golden.input.settings();
-        let outcome = joint(&nominal, &samples, &settings).unwrap();
+        let outcome = calibrated::<_, Joint>(&nominal, &samples, &settings).unwrap();
         let residuals = 3.0 * samples.len() as f64;
         // Where no noise is stated it is estimated, and the parameters are Student's: ν/(ν − 2).
         let variance = match settings.noise {

@@ -1,15 +1,15 @@
 //! What a calibration reports, against the definitions: residuals, noise, covariance, the share of the
 //! prior, the limits of a refusal, iterations.
 
-use delta_cal::calibration::Start;
 use delta_cal::calibration::limits::chi_square_quantile;
+use delta_cal::calibration::{Ikm, Start};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{
     ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings,
     Tolerance,
 };
-use delta_cal_tests::closures::distances;
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use delta_cal_tests::geometries::distances;
+use delta_cal_tests::{Spread, calibrated, generator, measurements, paper_robot, perturbed};
 use nalgebra::{SMatrix, Vector3};
 
 const SIGMA: f64 = 0.02;
@@ -26,9 +26,7 @@ fn calibrate(
     samples: &[Sample<f64>],
     settings: &Settings<f64>,
 ) -> Result<RobotOutcome<f64>, Refusal> {
-    let mut calibrator = IkmCalibrator::new(&paper_robot(), settings);
-    calibrator.add_many(samples).unwrap();
-    calibrator.calibrate()
+    calibrated::<f64, Ikm>(&paper_robot(), samples, settings)
 }
 
 /// Σ d² and JᵀJ of an arm, d the distance along the forearm of the robot before.

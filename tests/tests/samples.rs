@@ -9,13 +9,11 @@ use delta_cal::{
     SettingError, Settings, Tolerance,
 };
 use delta_cal_tests::{
-    Spread, generator, in_unit, largest_difference, measurements, paper_robot, perturbed,
+    DEGREE, Spread, generator, in_unit, largest_difference, measurements, paper_robot, perturbed,
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use rand_core::Rng;
-
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 fn noise() -> Noise<f64> {
     Noise::new(0.02, 0.005 * DEGREE).unwrap()
@@ -120,26 +118,6 @@ proptest! {
     }
 }
 
-/// Half of ten, three, and a quarter of seventeen.
-#[test]
-fn merged_factors_are_worth_the_sum_of_what_they_remember() {
-    let (_, samples) = noisy(53, 30);
-    let mut first = filled(&samples[..10], &weighted());
-    first.forget(0.5).unwrap();
-    first.add_many(&samples[10..13]).unwrap();
-    let mut second = filled(&samples[13..], &weighted());
-    second.forget(0.25).unwrap();
-    first.merge(&second).unwrap();
-    // λ of 1 and more forgets nothing.
-    for lambda in [1.0, 1.5, f64::NAN] {
-        first.forget(lambda).unwrap();
-    }
-    for arm in &first.calibrate().unwrap().arms {
-        assert!((arm.degrees_of_freedom + 8.0 - (5.0 + 3.0 + 17.0 / 4.0)).abs() < 1e-12);
-        assert_eq!(arm.samples, 30);
-    }
-}
-
 /// Samples added one by one wait for each other, and absorbing a pair jointly takes two calls: whatever happens in
 /// between, every sample is absorbed once.
 fn every_order<E: Estimator>() {
@@ -195,7 +173,7 @@ fn every_order_of_adding_merging_and_solving_gives_the_same() {
 }
 
 /// Forgetting by λ multiplies every earlier row by √λ: the factor equals one made from rows whose
-/// stated noise was larger by 1/√λ.
+/// stated noise was larger by 1/√λ. Merged factors are worth the sum of what they remember.
 #[test]
 fn forgetting_weighs_old_samples_down() {
     let (_, samples) = noisy(3, 60);
@@ -208,8 +186,18 @@ fn forgetting_weighs_old_samples_down() {
     let [old, new] = [old, new].map(|samples| sums(&filled(samples, &weighted())));
     let expected = old * 0.25 + new;
     assert!((sums(&forgetful) - expected).amax() < 1e-10 * expected.min());
-    for arm in &forgetful.calibrate().unwrap().arms {
-        assert!((arm.degrees_of_freedom + 8.0 - 37.5).abs() < 1e-12);
+    let mut other = filled(&samples, &weighted());
+    other.forget(0.5).unwrap();
+    other.merge(&forgetful).unwrap();
+    for (own, remembered, samples) in [(&mut forgetful, 37.5, 60), (&mut other, 67.5, 120)] {
+        // λ of 1 and more forgets nothing.
+        for lambda in [1.0, 1.5, f64::NAN] {
+            own.forget(lambda).unwrap();
+        }
+        for arm in &own.calibrate().unwrap().arms {
+            assert!((arm.degrees_of_freedom + 8.0 - remembered).abs() < 1e-12);
+            assert_eq!(arm.samples, samples);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint};
 use delta_cal::simulate::standard_normal;
 use delta_cal::{ArmIndex, Noise, Real, Sample, Settings};
 use delta_cal_tests::{
-    Spread, generator, largest_difference, measurements, paper_robot, perturbed, size, to_single,
+    Spread, converted, generator, largest_difference, measurements, paper_robot, perturbed, size,
 };
 
 /// The distance of `value` from `exact` in units of the last place of a single-precision number of
@@ -147,7 +147,7 @@ fn stays_intact<E: Estimator>() {
                 position: pose.position.map(|own| own + normal(position)),
             })
             .collect();
-        let rounded = to_single(&measured);
+        let rounded = converted(&measured);
         let mut part = empty.clone();
         for sample in &rounded {
             singly.add(sample).unwrap();

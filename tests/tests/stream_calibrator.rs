@@ -10,7 +10,7 @@ use delta_cal::{
     Tolerance,
 };
 use delta_cal_tests::geometries::{geometries, symmetric};
-use delta_cal_tests::{Spread, generator, measurements, perturbed};
+use delta_cal_tests::{DEGREE, Spread, converted, generator, measurements, noise, perturbed};
 
 type Arms = StreamCalibrator<f64, Ikm>;
 
@@ -23,11 +23,9 @@ fn stated() -> Settings<f64> {
     statements()[3]
 }
 
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
-
 /// What is stated: nothing, the noise, the tolerance, both.
 pub(crate) fn statements<T: Real>() -> Vec<Settings<T>> {
-    let noise = Noise::new(T::from_f64(0.02), T::from_f64(0.002 * DEGREE)).unwrap();
+    let noise = noise();
     let tolerance = Tolerance::new(T::from_f64(0.5), T::from_f64(0.2 * DEGREE)).unwrap();
     let mut all = Vec::new();
     for noise in [None, Some(noise)] {
@@ -51,19 +49,14 @@ pub(crate) fn selections<T: Real>() -> [Selection<T>; 4] {
 
 /// A robot as drawn, and measurements of one that was built to the tolerance; one sample in the middle is 5 mm off.
 fn streams<T: Real>(count: usize) -> Vec<(Robot<T>, Vec<Sample<T>>)> {
-    let noise = Noise::new(0.02, 0.002 * DEGREE).unwrap();
     let robots = geometries().into_iter().zip(0..);
     robots
         .map(|((_, nominal), number)| {
             let mut rng = generator(1700, number);
             let truth = perturbed(&nominal, 0.5, 0.2 * DEGREE, Spread::Normal, &mut rng);
-            let mut samples = measurements(&truth, count, Some(&noise), &mut rng);
+            let mut samples = measurements(&truth, count, Some(&noise()), &mut rng);
             samples[count / 2 - 1].position.x += 5.0;
-            let converted = samples.iter().map(|sample| Sample {
-                joints: sample.joints.map(T::from_f64),
-                position: sample.position.map(T::from_f64),
-            });
-            (nominal.cast().unwrap(), converted.collect())
+            (nominal.cast().unwrap(), converted(&samples))
         })
         .collect()
 }
@@ -249,38 +242,6 @@ fn foreign_bytes_are_refused_as_what_they_are() {
         IkmCalibrator::new(robot, &settings).restore(&bytes),
         version
     );
-}
-
-/// Early samples that a run contradicts, and many of them: the alarm and its sample outlast a power cut.
-#[test]
-fn an_alarm_is_in_the_snapshot() {
-    let (robot, samples) = &streams::<f64>(80)[0];
-    for good in [9, 30] {
-        let new = || Arms::new(robot, &stated(), &GATED);
-        let mut stream = new();
-        for (index, sample) in samples.iter().enumerate().take(good + 8) {
-            let mut sample = *sample;
-            if index >= good {
-                sample.position.y += 8.0;
-            }
-            add(&mut stream, &sample);
-        }
-        let first = good as u64;
-        let expected = if good < 16 {
-            Refusal::EarlySamplesWrong { first }
-        } else {
-            Refusal::RobotChanged { first }
-        };
-        assert_eq!(stream.alarm(), Some(expected));
-        let code = stream.solve().unwrap_err().code();
-        assert_eq!(code, if good < 16 { 93 } else { 92 });
-        let mut bytes = vec![0; Arms::SNAPSHOT_BYTES];
-        let length = stream.snapshot(&mut bytes).unwrap().len();
-        let mut restored = new();
-        restored.restore(&bytes[..length]).unwrap();
-        assert_eq!(restored.alarm(), Some(expected));
-        assert_eq!(restored.samples(), stream.samples());
-    }
 }
 
 /// The paper's robot with other forearms.

@@ -19,8 +19,7 @@ fn same_bits_as_on_the_host() {
     if !have(&["qemu-system-arm", TARGET]) {
         return;
     }
-    let target = compiled_for_m4(&PROGRAMS);
-    let on_host = on_host(fixture::write);
+    let on_host = same_bits(PACKAGE, &PROGRAMS, fixture::write);
     let expected = only("BITS ", &on_host);
     for scalar in ["f32", "f64"] {
         let lines = expected.iter().filter(|line| line.starts_with(scalar));
@@ -30,7 +29,6 @@ fn same_bits_as_on_the_host() {
             "only {lines} lines of {scalar}: the fixture was cut short"
         );
     }
-    on_an_m4(&target.join(PACKAGE), "BITS ", &expected);
 }
 
 /// A thousand random robots in single precision and fifty in double, arm by arm; a tenth of them jointly.
@@ -39,11 +37,8 @@ fn same_bits_of_random_calibrations() {
     if !have(&["qemu-system-arm", TARGET]) {
         return;
     }
-    let target = compiled_for_m4(&PROGRAMS);
-    let on_host = on_host(cases::write);
+    let on_host = same_bits("cases", &PROGRAMS, cases::write);
     let expected = only("CASE ", &on_host);
-    on_an_m4(&target.join("cases"), "CASE ", &expected);
-
     let results = results(&expected);
     for (scalar, number) in [("f32-ikm", 1000), ("f64-ikm", 50)] {
         let results = &results[scalar];
@@ -82,8 +77,7 @@ fn same_bits_of_linear_drives() {
         return;
     }
     let arguments = ["--bin", "linear", "--features", "linear"];
-    let target = compiled_for_m4(&arguments);
-    let on_host = on_host(linear::write);
+    let on_host = same_bits("linear", &arguments, linear::write);
     let expected = only("BITS ", &on_host);
     for scalar in ["f32", "f64"] {
         let lines = expected.iter().filter(|line| line.starts_with(scalar));
@@ -95,7 +89,6 @@ fn same_bits_of_linear_drives() {
             "only {joint} joint calibrations of {scalar}: the fixture was cut short"
         );
     }
-    on_an_m4(&target.join("linear"), "BITS ", &expected);
 }
 
 /// How often each result occurs, by scalar.
@@ -114,15 +107,17 @@ fn results<'a>(lines: &[&'a str]) -> BTreeMap<&'a str, BTreeMap<&'a str, usize>>
     results
 }
 
-fn on_host(write: fn(&mut dyn Write) -> fmt::Result) -> String {
-    let mut lines = String::new();
-    write(&mut lines).expect("a string takes every line");
-    lines
-}
-
-fn on_an_m4(program: &Path, prefix: &str, expected: &[&str]) {
-    let output = emulate(Board::M4, Clock::Free, program).expect("the run");
-    assert_same_lines(&only(prefix, &output), expected);
+/// What this machine writes, after a comparison with what a program does on an M4.
+fn same_bits(program: &str, build: &[&str], write: fn(&mut dyn Write) -> fmt::Result) -> String {
+    let mut expected = String::new();
+    write(&mut expected).expect("a string takes every line");
+    let program = compiled_for_m4(build).join(program);
+    let found = emulate(Board::M4, Clock::Free, &program).expect("the run");
+    for (number, (found, expected)) in found.lines().zip(expected.lines()).enumerate() {
+        assert_eq!(found, expected, "line {number}: target left, host right");
+    }
+    assert_eq!(found.lines().count(), expected.lines().count());
+    expected
 }
 
 fn only<'a>(prefix: &str, output: &'a str) -> Vec<&'a str> {
@@ -130,21 +125,6 @@ fn only<'a>(prefix: &str, output: &'a str) -> Vec<&'a str> {
         .lines()
         .filter_map(|line| line.strip_prefix(prefix))
         .collect()
-}
-
-fn assert_same_lines(target: &[&str], host: &[&str]) {
-    assert!(!host.is_empty(), "the host wrote nothing");
-    for (number, (target, host)) in target.iter().zip(host).enumerate() {
-        assert_eq!(
-            target, host,
-            "line {number} differs: target left, host right"
-        );
-    }
-    assert_eq!(
-        target.len(),
-        host.len(),
-        "number of lines on target and host"
-    );
 }
 
 /// Programs whose bits are compared are compiled as the tests are, in a third of the time that what ships takes. The bits

@@ -299,27 +299,3 @@ fn what_is_wrong_in_a_robot_file_is_named_with_its_line() {
         check_robot(&robot, &format!("⇒ ⇒ robot.toml:{expected}"));
     }
 }
-
-/// Not that the others do not fit, as they would with the point where the robot file has it.
-#[test]
-fn a_datum_point_that_no_row_holds_is_named() {
-    let folder = Folder::new();
-    folder.write(
-        "robot.toml",
-        include_str!("../../examples/plant/robot.toml"),
-    );
-    folder.write("plc.csv", include_str!("../../examples/plant/plc.csv"));
-    let tracker = include_str!("../../examples/plant/tracker.csv");
-    let rows: Vec<_> = tracker
-        .lines()
-        .filter(|row| !row.starts_with("D4;"))
-        .collect();
-    folder.write("tracker.csv", rows.join("\n"));
-    let run = folder.run("calibrate robot.toml plc.csv tracker.csv --frame sensor");
-    let expected = "[datum.D4]: no row of tracker.csv is named D4";
-    assert!(
-        run.code == 3 && run.stderr.contains(expected),
-        "{}",
-        run.stderr
-    );
-}

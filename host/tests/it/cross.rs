@@ -1,14 +1,14 @@
 //! Every kind of reading in every frame, weighted or not, with no target, one or two, through every command that takes
 //! samples: the robot that made them is known, and what one command says of a file the others say too.
 
-use crate::support::simulated::{judged, position_errors, rotary};
+use crate::support::simulated::{judged, mount, position_errors, push, rotary};
 use delta_cal::frame::RigidTransform;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal::{ArmIndex, Noise, Parameter, Robot};
-use delta_cal_host::files::robot_file::{DatumPoint, KnownPlane, NamedPoint, Target};
+use delta_cal_host::files::robot_file::{DatumPoint, KnownPlane, NamedPoint};
 use delta_cal_host::planning::{Determined, Kind, PlanRequest, Wishes};
 use delta_cal_host::validation::{Request, Verdict, validate};
-use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, Row, calibrate};
+use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, calibrate};
 use delta_cal_tests::size;
 use nalgebra::{Rotation3, Vector3};
 use rand_core::SeedableRng;
@@ -121,26 +121,20 @@ impl Case {
         })
     }
 
-    fn targets(self) -> impl Iterator<Item = Target> {
-        let targets = ["first", "second"].into_iter().zip(TARGETS);
-        targets.take(self.targets).map(|(name, place)| Target {
-            name: name.to_owned(),
-            place: Vector3::from(place),
-            sigma: Vector3::repeat(SIGMA),
-        })
-    }
-
-    /// The robot file before a calibration.
-    fn file(self, rng: &mut Pcg32) -> RobotFile {
+    /// The robot file before a calibration, and readings that name its instruments.
+    fn file(self, rng: &mut Pcg32) -> (RobotFile, Readings) {
         let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(rng);
         let mut file = rotary(true).remove(0);
+        let mut readings = Readings::of_name("samples.csv");
+        let targets = TARGETS.map(Vector3::from);
+        mount(&mut file, &mut readings, &targets[..self.targets], SIGMA);
         file.noise = (!self.weighted).then(|| Noise::new(SIGMA, JOINT).unwrap());
         let facts = &mut file.instruments;
         facts.joint_noise = Some(JOINT);
         facts.height_noise = (!self.weighted).then_some(SIGMA);
         facts.distance_noise = facts.height_noise;
-        facts.targets = self.targets().collect();
         if matches!(self.read, Read::Heights | Read::Both) {
+            readings.planes.push("table".to_owned());
             facts.planes.push(KnownPlane {
                 name: "table".to_owned(),
                 line: 0,
@@ -151,46 +145,37 @@ impl Case {
             });
         }
         if self.read == Read::Wires {
-            facts.points = (0..3)
-                .map(|index| NamedPoint {
-                    name: format!("P{index}"),
+            for (index, place) in points().into_iter().take(3).enumerate() {
+                let name = format!("P{index}");
+                readings.points.push(name.clone());
+                facts.points.push(NamedPoint {
+                    name,
                     line: 0,
-                    place: Some((points()[index].map(|own| own + normal(STATED)), STATED)),
+                    place: Some((place.map(|own| own + normal(STATED)), STATED)),
                     offset_unknown: false,
                     lengths: None,
-                })
-                .collect();
+                });
+            }
         }
         if self.frame == In::Datum {
-            facts.datum = (0..4)
-                .map(|index| DatumPoint {
-                    name: format!("D{index}"),
-                    place: points()[index],
-                    seen: sensor()
-                        .apply(&points()[index])
-                        .map(|own| own + normal(SIGMA)),
-                    sigma: Some(SIGMA),
-                })
-                .collect();
+            let datum = |(index, place): (usize, Vector3<f64>)| DatumPoint {
+                name: format!("D{index}"),
+                place,
+                seen: sensor().apply(&place).map(|own| own + normal(SIGMA)),
+                sigma: Some(SIGMA),
+            };
+            facts.datum = points().into_iter().enumerate().map(datum).collect();
         }
-        file
+        (file, readings)
     }
 
-    fn readings(self, file: &RobotFile, truth: &Robot<f64>, rng: &mut Pcg32) -> Readings {
-        let mut readings = Readings::of_name("samples.csv");
-        readings.planes = file
-            .instruments
-            .planes
-            .iter()
-            .map(|own| own.name.clone())
-            .collect();
-        readings.points = file
-            .instruments
-            .points
-            .iter()
-            .map(|own| own.name.clone())
-            .collect();
-        readings.targets = self.targets().map(|own| own.name).collect();
+    fn measure(
+        self,
+        file: &RobotFile,
+        truth: &Robot<f64>,
+        readings: &mut Readings,
+        rng: &mut Pcg32,
+    ) {
         let frame = match self.frame {
             In::Base => RigidTransform::identity(),
             _ => sensor(),
@@ -204,8 +189,8 @@ impl Case {
             };
             // Each is read as often with either σ.
             let target = index / 2 % self.targets.max(1);
-            let place = self.targets().nth(target).map(|own| own.place);
-            let touched = pose.position + place.unwrap_or_default();
+            let place = file.instruments.targets.get(target);
+            let touched = pose.position + place.map_or_else(Vector3::zeros, |own| own.place);
             let mut row = Reading::at(
                 pose.joints
                     .map(|q| q + JOINT * standard_normal::<f64, _>(rng)),
@@ -233,10 +218,8 @@ impl Case {
                     }
                 }
             }
-            let line = index as u64 + 2;
-            readings.rows.push(Row { line, value: row });
+            push(readings, &row);
         }
-        readings
     }
 }
 
@@ -264,10 +247,10 @@ fn agreed(cases: &[(u64, Case)]) -> [[f64; 2]; 2] {
     let mut sums = [[0.0; 2]; 2];
     for &(seed, case) in cases {
         let mut rng = Pcg32::seed_from_u64(seed);
-        let file = case.file(&mut rng);
+        let (file, mut readings) = case.file(&mut rng);
         let tolerance = file.tolerance.as_ref().unwrap();
         let truth = made_robot(&file.robot, tolerance, &mut rng).unwrap();
-        let readings = case.readings(&file, &truth, &mut rng);
+        case.measure(&file, &truth, &mut readings, &mut rng);
         let options = case.options();
         let partly = case.read == Read::Partly && case.frame == In::Datum;
         match calibrate(&file, &readings, &options) {

@@ -102,10 +102,8 @@ pub(crate) fn json(folder: &Folder, port: &str, arguments: &str) -> serde_json::
 fn calibrates_applies_and_reverts() {
     let folder = folder();
     let port = controller::<f32>(false);
-    let looked_at = run(&folder, &port, "calibrate robot.toml samples.csv").ok();
-    for part in ["Not applied", "Cortex-M4 r0p1", "mm rms from those of"] {
-        assert!(looked_at.stdout.contains(part), "{}", looked_at.stdout);
-    }
+    run(&folder, &port, "calibrate robot.toml samples.csv")
+        .ends(0, "Not applied | Cortex-M4 r0p1 | mm rms from those of");
     let status = json(&folder, &port, "status");
     assert_eq!(status["origin"], "nominal");
     assert_eq!(status["phase"], "solved from 40 samples");
@@ -131,8 +129,7 @@ fn calibrates_applies_and_reverts() {
     assert_eq!(status["control_loop"]["fingerprint"], report["fingerprint"]);
     assert_eq!(status["control_loop"]["switches"], 1);
 
-    let reverted = run(&folder, &port, "revert").ok().stdout;
-    assert!(reverted.contains("in use: nominal"), "{reverted}");
+    run(&folder, &port, "revert").ends(0, "in use: nominal");
     let parameters = json(&folder, &port, "parameters");
     assert_eq!(
         parameters["fingerprint"],
@@ -140,9 +137,7 @@ fn calibrates_applies_and_reverts() {
     );
     // Repeating the command changes nothing: rejected parameters do not return.
     for again in ["revert", "revert --nominal"] {
-        let unchanged = run(&folder, &port, again).ok().stdout;
-        assert!(unchanged.contains("in use: nominal"), "{unchanged}");
-        assert!(unchanged.contains("unchanged"), "{unchanged}");
+        run(&folder, &port, again).ends(0, "in use: nominal | unchanged");
     }
 }
 
@@ -153,11 +148,7 @@ fn applies_a_robot_that_was_calibrated_here_and_works_with_its_own_robot_file() 
     folder
         .run("calibrate robot.toml samples.csv --output calibrated.toml")
         .ok();
-    let applied = run(&folder, &port, "apply calibrated.toml").ok().stdout;
-    assert!(
-        applied.contains("Parameters in use: calibrated"),
-        "{applied}"
-    );
+    run(&folder, &port, "apply calibrated.toml").ends(0, "Parameters in use: calibrated");
     let calibrated = arms_of(&folder.read("calibrated.toml"));
     let now = arms_of(&run(&folder, &port, "parameters").ok().stdout);
     for (now, calibrated) in now.iter().flatten().zip(calibrated.iter().flatten()) {
@@ -210,15 +201,8 @@ fn a_link_that_breaks_leaves_open_whether_the_result_is_in_use() {
     const APPLY: &str = "calibrate robot.toml samples.csv --apply";
     let folder = folder();
     let port = controller::<f32>(true);
-    let broken = run(&folder, &port, APPLY);
-    assert_eq!(broken.code, 5, "{}", broken.stderr);
-    for part in ["may use the new parameters", "help: ", "status"] {
-        assert!(broken.stderr.contains(part), "{part}: {}", broken.stderr);
-    }
-    let says = |part: &str| {
-        let status = run(&folder, &port, "status").ok().stdout;
-        assert!(status.contains(part), "{status}");
-    };
+    run(&folder, &port, APPLY).ends(5, "may use the new parameters | help: | status");
+    let says = |part: &str| run(&folder, &port, "status").ends(0, part);
     says("solved from 40 samples; the result is in use");
     let applied = json(&folder, &port, APPLY);
     let status = json(&folder, &port, "status");

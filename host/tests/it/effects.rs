@@ -1,9 +1,9 @@
 //! Targets, datum points and scales are off by what is stated of them, and the stated errors are right all the same.
 
-use crate::support::simulated::{judged, position_errors, rotary, somewhere};
-use delta_cal::simulate::{made_robot, random_pose, standard_normal};
-use delta_cal_host::files::robot_file::{DatumPoint, Target};
-use delta_cal_host::{Frame, Options, Reading, Readings, RobotFile, Row, calibrate};
+use crate::support::simulated::{Promise, mount, push, rotary, somewhere, worked};
+use delta_cal::simulate::{made_robot, standard_normal};
+use delta_cal_host::files::robot_file::DatumPoint;
+use delta_cal_host::{Frame, Options, Reading, Readings, RobotFile, calibrate};
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -77,19 +77,18 @@ fn made(
         [-40.0, 50.0, -5.0],
     ]
     .map(Vector3::from);
-    let mut truly = Vec::new();
-    for (index, place) in places.into_iter().take(case.targets).enumerate() {
-        truly.push(place + normal(case.target));
-        file.instruments.targets.push(Target {
-            name: if case.targets == 1 {
-                "target".to_owned()
-            } else {
-                format!("T{index}")
-            },
-            place,
-            sigma: Vector3::repeat(if case.target > 0.0 { case.target } else { 1e-3 }),
-        });
-    }
+    let places = &places[..case.targets];
+    let truly: Vec<_> = places
+        .iter()
+        .map(|place| place + normal(case.target))
+        .collect();
+    let mut readings = Readings::of_name("samples.csv");
+    mount(
+        &mut file,
+        &mut readings,
+        places,
+        f64::max(case.target, 1e-3),
+    );
     if case.frame == Frame::Sensor && case.targets == 1 {
         let corners = [
             [0.6, 0.0, -0.6],
@@ -108,36 +107,22 @@ fn made(
             });
         }
     }
-    let mut readings = Readings::of_name("samples.csv");
-    readings.targets = file
-        .instruments
-        .targets
-        .iter()
-        .map(|own| own.name.clone())
-        .collect();
     let mut rng = Pcg32::seed_from_u64(seed + 1_000_000);
     for index in 0..random + others.len() {
-        let joints = loop {
-            if index >= random {
-                break others[index - random];
-            }
-            let joints = random_pose(&truth, &file.limits, &mut rng).unwrap().joints;
-            let clear = [&file.robot, &truth].map(|own| file.reach().clear_position(own, &joints));
-            if clear.iter().all(Result::is_ok) {
-                break joints;
-            }
+        let joints = match index.checked_sub(random) {
+            Some(other) => others[other],
+            None => worked(&file, &truth, &mut rng),
         };
         let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(&mut rng);
         let target = index % case.targets;
         let seen = frame.apply(&((truth.forward(&joints).unwrap() + truly[target]) * scale));
-        readings.rows.push(Row {
-            line: index as u64 + 2,
-            value: Reading {
-                position: [0, 1, 2].map(|axis| Some(seen[axis] + normal(NOISE))),
-                target,
-                ..Reading::at(joints.map(|q| q + normal(0.002_f64.to_radians())))
-            },
-        });
+        let position = [0, 1, 2].map(|axis| Some(seen[axis] + normal(NOISE)));
+        let own = Reading {
+            position,
+            target,
+            ..Reading::at(joints.map(|q| q + normal(0.002_f64.to_radians())))
+        };
+        push(&mut readings, &own);
     }
     (file, readings, truth)
 }
@@ -147,33 +132,21 @@ fn made(
 fn what_is_off_by_its_sigma_is_in_the_stated_error() {
     let seeds = delta_cal_tests::size(3, 25);
     for case in CASES {
-        let (mut squares, mut number) = ([[0.0, 0.0]; 2], 0.0);
-        let (mut refused, mut all) = (0, 0);
+        let (mut promise, mut refused) = (Promise::default(), 0);
         for (index, file) in rotary(true).iter().enumerate() {
             for seed in 0..seeds {
                 let seed = 97 * seed + index as u64;
                 let (file, readings, truth) = made(&case, file, seed, (31, &[]));
-                all += 1;
-                let report = match calibrate(&file, &readings, &Options::in_frame(case.frame)) {
-                    Ok(report) => report,
+                match calibrate(&file, &readings, &Options::in_frame(case.frame)) {
+                    Ok(report) => promise.add(&file, &truth, &report, seed),
                     Err(error) => {
                         println!("{} {index} {seed}: {error}", case.name);
                         refused += 1;
-                        continue;
                     }
-                };
-                let stated = report.expected_error.unwrap();
-                let poses = judged(&file.reach(), &truth, seed);
-                let errors = position_errors(&file.reach(), &poses, &report.after.robot, &truth);
-                number += 1.0;
-                let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
-                for kind in 0..2 {
-                    squares[kind][0] += errors[kind] / stated[kind].powi(2);
-                    squares[kind][1] += stated[kind] / stated[1];
                 }
             }
         }
-        let [absolute, relative] = squares.map(|own: [f64; 2]| f64::sqrt(own[0] / number));
+        let ([absolute, relative], all) = (promise.ratios(), promise.accepted() + refused);
         println!(
             "{}: achieved/stated absolute {absolute:.3}, relative {relative:.3}, {refused} of {all} refused",
             case.name
@@ -230,8 +203,7 @@ fn poses_to_measure_next_keep_their_promise() {
                 ratios.push(reached / promised);
             }
         }
-        let number = ratios.iter().map(|_| 1.0).sum::<f64>();
-        let mean = ratios.iter().sum::<f64>() / number;
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
         println!("{}: reached/promised {mean:.3}, {ratios:.2?}", case.name);
         assert!(
             ratios.len() >= 6 && (0.85..1.15).contains(&mean),

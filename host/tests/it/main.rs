@@ -1,7 +1,13 @@
 //! Tests of the command and of the library behind it, in one program: separate ones would each compile the generic core
 //! and link the host again.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // in tests a panic is the failure
+// In tests a panic is the failure; counts are small.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss
+)]
 
 mod support;
 
@@ -19,13 +25,11 @@ mod export;
 mod faults;
 mod help;
 mod import;
-mod joint_zeros;
 mod kinematics;
 mod linuxcnc;
 mod messages;
 mod pipeline;
 mod plan;
-mod plant;
 mod plot;
 mod simulate;
 mod table_formats;

@@ -1,24 +1,22 @@
 //! Robots whose platform tilts because the two rods of an arm differ, with reflectors beside the platform's centre.
 
 use crate::support::schema::violations;
-use crate::support::simulated::{SIGMAS, rotary, somewhere};
-use crate::support::{Folder, NOMINAL};
+use crate::support::simulated::{SIGMAS, mount, push, rotary, somewhere, worked};
+use crate::support::{Folder, NOMINAL, Point, assert_refused, number, rows_of};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
-use delta_cal::simulate::{made_robot, random_pose, standard_normal};
+use delta_cal::simulate::{made_robot, standard_normal};
 use delta_cal::{Parameter, Robot, Tolerance};
 use delta_cal_host::files::convention::Vertical;
-use delta_cal_host::files::robot_file::Target;
 use delta_cal_host::geometry::Parallelograms;
 use delta_cal_host::planning::{Kind, Wishes};
 use delta_cal_host::validation::{Request, validate};
-use delta_cal_host::{
-    Frame, Options, PlanRequest, Reading, Readings, RobotFile, Row, calibrate, plan,
-};
+use delta_cal_host::{Frame, Options, PlanRequest, Reading, Readings, RobotFile, calibrate, plan};
 use delta_cal_tests::size as of_size;
 use nalgebra::{DMatrix, DVector, Rotation2, Rotation3, SMatrix, SVector, Vector2, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
+use std::fmt::Write as _;
 
 /// σ of the rods' and the spacings' differences, mm, and of the elbows' axes, degrees.
 const RODS: [f64; 2] = [0.1, 0.1];
@@ -132,19 +130,7 @@ fn made(
     let drawn = [0.0; UNKNOWNS].map(|_| standard_normal(&mut rng));
     let (truth, rods) = built(&file, &drawn);
     let mut readings = Readings::of_name("samples.csv");
-    for (index, place) in targets.iter().enumerate() {
-        let name = if targets.len() == 1 {
-            "target".to_owned()
-        } else {
-            format!("T{index}")
-        };
-        readings.targets.push(name.clone());
-        file.instruments.targets.push(Target {
-            name,
-            place: *place,
-            sigma: Vector3::repeat(1e-3),
-        });
-    }
+    mount(&mut file, &mut readings, targets, 1e-3);
     let mut own = Made {
         file,
         drawn,
@@ -202,26 +188,13 @@ impl Made {
             let frame = Rotation3::from_matrix_unchecked(self.frame.rotation);
             (frame * noise * Rotation3::new(pose[1]) * mounting(target)).scaled_axis()
         });
-        self.readings.rows.push(Row {
-            line: self.readings.rows.len() as u64 + 2,
-            value: Reading {
-                position: [0, 1, 2].map(|axis| Some(seen[axis] + normal(position))),
-                target,
-                turn,
-                ..Reading::at(joints.map(|q| q + normal(joint.to_radians())))
-            },
-        });
-    }
-}
-
-/// A pose where the robot works.
-fn worked(file: &RobotFile, truth: &Robot<f64>, rng: &mut Pcg32) -> [f64; 3] {
-    loop {
-        let pose = random_pose(truth, &file.limits, rng).unwrap();
-        let clear = [&file.robot, truth].map(|own| file.reach().clear_position(own, &pose.joints));
-        if clear.iter().all(Result::is_ok) && file.within.unwrap().contains(&pose.position) {
-            return pose.joints;
-        }
+        let own = Reading {
+            position: [0, 1, 2].map(|axis| Some(seen[axis] + normal(position))),
+            target,
+            turn,
+            ..Reading::at(joints.map(|q| q + normal(joint.to_radians())))
+        };
+        push(&mut self.readings, &own);
     }
 }
 
@@ -274,10 +247,7 @@ fn tools(campaign: Campaign) -> [f64; 5] {
         own.measure_all(campaign.poses, &mut rng);
         own.file.tool = Some(tool);
         own.file.parallelograms = own.file.parallelograms.filter(|_| campaign.known);
-        let options = Options {
-            frame: campaign.frame,
-            ..Options::default()
-        };
+        let options = Options::in_frame(campaign.frame);
         // Model 24 does not fit all robots that tilt; of others a few are doubted.
         let Ok(report) = calibrate(&own.file, &own.readings, &options) else {
             continue;
@@ -314,9 +284,7 @@ fn tools(campaign: Campaign) -> [f64; 5] {
         let (is, stated) = (squares.sum::<f64>(), stated * stated);
         let whole = stated + unknown * unknown;
         let each = [is, stated, best[0], best[1]].map(|own| own / (size * size));
-        let [one, two, three, four] = each;
-        let each = [one, two, three, four, is / whole];
-        for (sum, own) in sums.iter_mut().zip(each) {
+        for (sum, own) in sums.iter_mut().zip(each.into_iter().chain([is / whole])) {
             *sum += own;
         }
     }
@@ -518,40 +486,14 @@ fn validations_state_the_error_of_platforms_that_tilt() {
     }
 }
 
-/// Three targets contradict Model 24: the refusal says what to state.
-#[test]
-fn a_tilt_that_is_not_modelled_is_named_when_it_is_refused() {
-    let mut own = made(
-        &rotary(true)[0],
-        (60.0, 0.0),
-        &TARGETS.map(Vector3::from),
-        10,
-        3,
-    );
-    own.file.parallelograms = None;
-    let refused = calibrate(&own.file, &own.readings, &Options::default()).unwrap_err();
-    let remedy = refused.remedy().unwrap();
-    assert!(
-        remedy.contains("state spacing_mm in [parallelogram]"),
-        "{refused} {remedy}"
-    );
-}
-
 /// Rotations in a file, with z up and down, and their noise in the robot file; without stated rods they are not used, and the report
 /// and its budget say what the rods could do.
 #[test]
 fn rotations_are_read_in_the_axes_of_the_robot_file() {
     let folder = Folder::new();
-    let mut own = made(
-        &rotary(true)[0],
-        (60.0, RODS[1].to_radians()),
-        &TARGETS[..1]
-            .iter()
-            .map(|own| Vector3::from(*own))
-            .collect::<Vec<_>>(),
-        0,
-        3,
-    );
+    let rods = (60.0, RODS[1].to_radians());
+    let target = Vector3::from(TARGETS[0]);
+    let mut own = made(&rotary(true)[0], rods, &[target], 0, 3);
     own.file.instruments.orientation_noise = Some(0.01_f64.to_radians());
     own.measure_all(20, &mut Pcg32::seed_from_u64(3));
     let tilt = [Vertical::Up, Vertical::Down].map(|z| {
@@ -562,39 +504,28 @@ fn rotations_are_read_in_the_axes_of_the_robot_file() {
             let turn = convention.vector(&row.turn.unwrap()).map(f64::to_degrees);
             let position = Vector3::from(row.position.map(Option::unwrap));
             let position = convention.position(&position);
-            let cells = convention
-                .joints(&row.joints)
-                .into_iter()
-                .chain(position)
-                .chain(turn.iter().copied());
-            csv += &(cells
-                .map(|own| own.to_string())
-                .collect::<Vec<_>>()
-                .join(",")
-                + "\n");
+            let [q1, q2, q3] = convention.joints(&row.joints);
+            let ([x, y, z], [rx, ry, rz]): (Point, Point) = (position, turn.into());
+            writeln!(csv, "{q1},{q2},{q3},{x},{y},{z},{rx},{ry},{rz}").unwrap();
         }
         folder.write("samples.csv", csv);
         folder.write("robot.toml", own.file.to_toml(""));
         folder
             .run("calibrate robot.toml samples.csv --json r.json")
             .ok();
-        let json: serde_json::Value = serde_json::from_str(&folder.read("r.json")).unwrap();
+        let json = folder.json("r.json");
+        let read = &json["tilt"]["orientation"];
         assert_eq!(
-            json["tilt"]["orientation"]["stated_deg"], 0.01,
-            "{}",
-            json["tilt"]
+            (&read["stated_deg"], &read["rows"]),
+            (&0.01.into(), &20.into())
         );
-        assert_eq!(json["tilt"]["orientation"]["rows"], 20);
         let schema = include_str!("../../../docs/calibration.schema.json");
         let found = violations(&serde_json::from_str(schema).unwrap(), &json);
         assert!(found.is_empty(), "{found:#?}");
         let sign = if z == Vertical::Up { 1.0 } else { -1.0 };
         [0, 1, 2].map(|arm| {
-            let own = &json["tilt"]["arms"][arm];
-            (
-                sign * own["numbers"][0].as_f64().unwrap(),
-                own["sigmas"][0].as_f64().unwrap(),
-            )
+            let of = |key: &str| number(&json, &format!("tilt/arms/{arm}/{key}/0"));
+            (sign * of("numbers"), of("sigmas"))
         })
     });
     for ((up, sigma), (down, _)) in tilt[0].into_iter().zip(tilt[1]) {
@@ -602,16 +533,11 @@ fn rotations_are_read_in_the_axes_of_the_robot_file() {
     }
     own.file.parallelograms = None;
     folder.write("robot.toml", own.file.to_toml(""));
-    let run = folder.run("calibrate robot.toml samples.csv").ok();
-    let text = run.stdout.replace('\n', " ");
-    for said in [
-        "rx_deg, ry_deg, rz_deg in 20 rows are not used",
-        "If the two rods of each arm differ by 0.1 mm",
-        "State spacing_mm in [parallelogram]",
-        "not combined: rods that differ",
-    ] {
-        assert!(text.contains(said), "{said}\n{text}");
-    }
+    folder.run("calibrate robot.toml samples.csv").ends(
+        0,
+        "rx_deg, ry_deg, rz_deg in 20 rows are not used | If the two rods of each arm differ by 0.1 mm | \
+         State spacing_mm in [parallelogram] | not combined: rods that differ",
+    );
 }
 
 /// Planned poses of three targets, and of one whose rotation is read as well, bring what the plan promises, within 15 %.
@@ -651,13 +577,8 @@ fn planned_poses_keep_their_promise_where_the_platform_tilts() {
 #[test]
 fn forward_and_inverse_take_targets_and_the_correction_table_is_that_of_the_tool() {
     let targets = TARGETS.map(Vector3::from);
-    let own = made(
-        &rotary(true)[0],
-        (60.0, RODS[1].to_radians()),
-        &targets,
-        12,
-        3,
-    );
+    let rods = (60.0, RODS[1].to_radians());
+    let own = made(&rotary(true)[0], rods, &targets, 12, 3);
     let mut file = own.file.with_tolerance(None);
     file.robot = own.truth.clone();
     file.parallelograms = Some(own.rods);
@@ -673,13 +594,8 @@ fn forward_and_inverse_take_targets_and_the_correction_table_is_that_of_the_tool
         ("tool", Vector3::from(TOOLS[1])),
     ] {
         folder.run(&format!("{command} {name}")).ok();
-        for (line, joints) in folder
-            .read("x.csv")
-            .lines()
-            .skip(1)
-            .zip([[10.0, 35.0, -5.0], [40.0, 20.0, 30.0]])
-        {
-            let cells: Vec<f64> = line.split(',').map(|own| own.parse().unwrap()).collect();
+        let rows = rows_of(&folder.read("x.csv"));
+        for (cells, joints) in rows.iter().zip([[10.0, 35.0, -5.0], [40.0, 20.0, 30.0]]) {
             let pose = platform(&own.truth, &own.rods, &joints.map(f64::to_radians));
             let off = Vector3::from_row_slice(&cells[3..6]) - at(pose, &place);
             let turned = Vector3::from_row_slice(&cells[6..]) - pose[1].map(f64::to_degrees);
@@ -691,20 +607,13 @@ fn forward_and_inverse_take_targets_and_the_correction_table_is_that_of_the_tool
         let back = folder
             .run(&format!("inverse robot.toml x.csv --target {name}"))
             .ok();
-        let line = back.stdout.lines().nth(1).unwrap();
-        for (cell, expected) in line.split(',').zip([10.0, 35.0, -5.0]) {
-            assert!(
-                (cell.parse::<f64>().unwrap() - expected).abs() < 1e-6,
-                "{line}"
-            );
+        let back = &rows_of(&back.stdout)[0];
+        for (joint, expected) in back.iter().zip([10.0, 35.0, -5.0]) {
+            assert!((joint - expected).abs() < 1e-6, "{back:?}");
         }
     }
-    let none = folder.run(&format!("{command} T9"));
-    assert!(
-        none.stderr.contains("its targets are T0, T1, T2 and tool"),
-        "{}",
-        none.stderr
-    );
+    let none = "T9 ⇒ 3 ⇒ its targets are T0, T1, T2 and tool";
+    assert_refused(&folder, command, none);
 
     let table = folder
         .run("export robot.toml --for correction-table --nominal nominal.toml")
@@ -750,13 +659,13 @@ fn campaigns_simulate_platforms_that_tilt() {
         );
         folder.run("simulate campaign.toml --output rows.csv").ok();
         let summary = folder.run("simulate --summary rows.csv --json -").ok();
-        let summary: serde_json::Value = serde_json::from_str(&summary.stdout).unwrap();
+        let summary = summary.json();
         for ratio in ["error_to_stated", "relative_to_stated"] {
-            let found = summary[0]["ratios"][ratio].as_f64().unwrap();
+            let found = number(&summary, &format!("0/ratios/{ratio}"));
             println!("{count} targets {noise:?}: {ratio} {found}");
             assert!((0.8..1.25).contains(&found), "{summary:#}");
         }
-        summary[0]["relative_after_mm"]["mean"].as_f64().unwrap()
+        number(&summary, "0/relative_after_mm/mean")
     });
     let [three, one, turned] = errors;
     assert!(turned < 0.6 * one && three < one, "{errors:?}");

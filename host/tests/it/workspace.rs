@@ -506,38 +506,6 @@ fn all_files_are_written_and_the_same_for_any_number_of_threads() {
     }
 }
 
-/// The same robot with a controller that counts upwards and has z downwards, hence y reversed as well.
-#[test]
-fn a_workspace_is_in_the_convention_of_its_robot_file() {
-    let folder = Folder::new();
-    folder.write("usual.toml", NOMINAL);
-    let turned = NOMINAL.replace("min_deg = -60\nmax_deg = 90", "min_deg = -90\nmax_deg = 60");
-    let convention = "[convention]\njoint_positive = \"up\"\nz_axis = \"down\"\n";
-    // Seen along the reversed z, the arms are numbered the other way round.
-    let turned = turned.replace("forearm_mm", "azimuth_deg = [0, -120, -240]\nforearm_mm");
-    folder.write("turned.toml", format!("{turned}{convention}"));
-    let run = "workspace usual.toml --spacing 20mm --output usual --json usual.json";
-    for name in ["usual", "turned"] {
-        folder.run(&run.replace("usual", name)).ok();
-    }
-    let [usual, turned] = ["usual.json", "turned.json"].map(|name| {
-        let json = folder.json(name);
-        ["x/0", "x/1", "y/0", "y/1", "z/0", "z/1"]
-            .map(|end| number(&json, &format!("extent_mm/{end}")))
-    });
-    let [x_low, x_high, y_low, y_high, z_low, z_high] = usual;
-    let expected = [x_low, x_high, -y_high, -y_low, -z_high, -z_low];
-    for (found, expected) in turned.into_iter().zip(expected) {
-        assert!((found - expected).abs() < 1e-9, "{turned:?} {usual:?}");
-    }
-    // Minimum and maximum of the joint limits swap.
-    let [usual, turned] =
-        ["usual", "turned"].map(|name| folder.read(&format!("{name}/boundary.csv")));
-    let (limit, other) = ("joint_minimum", "joint_maximum");
-    assert_eq!(usual.matches(limit).count(), turned.matches(other).count());
-    assert!(usual.matches(limit).count() != turned.matches(limit).count());
-}
-
 #[test]
 fn a_workspace_that_is_none_and_wrong_options_are_refused() {
     // The arms' planes have no common line.

@@ -11,7 +11,7 @@ use delta_cal_protocol::{
     ControlLoop, Direction, LARGEST_FRAME, Request, Response, RevertTo, Wire, Writer,
 };
 use std::collections::VecDeque;
-use std::io;
+use std::io::{self, Read};
 use std::sync::LazyLock;
 use std::time::Duration;
 
@@ -96,11 +96,7 @@ impl<T: Bits> Transport for Link<'_, T> {
             }
         }
         self.bench.switch(&mut self.control);
-        let count = buffer.len().min(self.on_the_way.len());
-        for (place, byte) in buffer.iter_mut().zip(self.on_the_way.drain(..count)) {
-            *place = byte;
-        }
-        Ok(count)
+        self.on_the_way.read(buffer)
     }
 }
 

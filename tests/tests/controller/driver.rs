@@ -8,7 +8,7 @@ use delta_cal_protocol::{
     Begin, Direction, Estimator, Fault, Geometry, LARGEST_FRAME, ParameterSet, Parameters, Phase,
     Receiver, Request, Response, RevertTo, SampleMessage, Status, encode,
 };
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use delta_cal_tests::{Spread, converted, generator, measurements, paper_robot, perturbed};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -223,13 +223,7 @@ pub(crate) fn samples<T: Number>(robot: u64, count: usize) -> Vec<Sample<T>> {
     let mut rng = generator(0x00c0_ffee, robot);
     let truth = perturbed(&paper_robot(), 0.5, 0.0035, Spread::Uniform, &mut rng);
     let noise = Noise::new(NOISE.0, NOISE.1).unwrap();
-    measurements(&truth, count, Some(&noise), &mut rng)
-        .iter()
-        .map(|sample| Sample {
-            joints: sample.joints.map(T::from_f64),
-            position: sample.position.map(T::from_f64),
-        })
-        .collect()
+    converted(&measurements(&truth, count, Some(&noise), &mut rng))
 }
 
 /// What the core makes of the same samples without a controller around it.

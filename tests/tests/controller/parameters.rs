@@ -1,6 +1,6 @@
 //! What is in use: applied, gone back from, and kept over restarts.
 
-use crate::controller::driver::{Driver, Flash, message, on_the_host, samples};
+use crate::controller::driver::{Driver, Flash, samples};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal_controller::{ControlLoop, Path};
 use delta_cal_firmware_example::{Circle, limits};
@@ -39,6 +39,16 @@ fn only_the_result_that_is_meant_is_applied() {
     // Again: the same answer, and nothing happens.
     assert_eq!(driver.apply(9, fingerprint), applied);
     assert!(driver.controller.take_switch().is_none());
+    // A link may hold the request back and deliver it when the parameters that it was to replace are in use again.
+    let late = Request::Apply {
+        session: 9,
+        fingerprint,
+        from: 0,
+    };
+    driver.revert(RevertTo::Previous);
+    let there = nominal.fingerprint();
+    assert_eq!(driver.fault(&late), Fault::OtherParameters { there });
+    assert_eq!(driver.parameters().origin, Origin::Nominal);
 }
 
 #[test]
@@ -125,64 +135,6 @@ fn going_back_twice_is_going_back_once() {
         let mut driver = Driver::<f32, _>::start(driver.into_flash());
         assert_eq!(driver.revert(to), once);
     }
-}
-
-/// A link may hold a request back and deliver it when everybody has forgotten it, also when the parameters
-/// that it was to replace are in use again.
-#[test]
-fn requests_that_come_late_change_nothing() {
-    let mut driver = Driver::<f32, _>::start(Flash::new());
-    let result = driver.solved(1, &samples(8, 20));
-    let nominal = driver.controller.current().fingerprint;
-    let apply = Request::Apply {
-        session: 1,
-        fingerprint: result,
-        from: driver.parameters().generation,
-    };
-    let applied = driver.ask(&apply);
-    assert_eq!(driver.ask(&apply), applied);
-    let revert = Request::Revert {
-        from: driver.parameters().generation,
-        to: RevertTo::Previous,
-    };
-    let reverted = driver.ask(&revert);
-    let late = driver.fault(&apply);
-    assert_eq!(late, Fault::OtherParameters { there: nominal });
-    let before = driver.parameters();
-    assert_eq!(Response::Parameters(before), reverted);
-    assert_eq!(before.origin, Origin::Nominal);
-    // Applied after all: now the revert comes again.
-    driver.apply(1, result);
-    assert_eq!(driver.controller.current().fingerprint, result);
-    let late = driver.fault(&revert);
-    assert_eq!(late, Fault::OtherParameters { there: result });
-    assert_eq!(driver.controller.current().fingerprint, result);
-}
-
-#[test]
-fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone() {
-    let mut flash = Flash::new();
-    let mut driver = Driver::<f32, _>::start(&mut flash);
-    let first = driver.solved(1, &samples(8, 20));
-    driver.apply(1, first);
-    let before = driver.parameters();
-    let more = samples::<f32>(9, 20);
-    driver.begin(2);
-    for (index, sample) in (0..).zip(&more[..11]) {
-        driver.sample(2, index, sample);
-    }
-
-    let mut driver = Driver::<f32, _>::start(&mut flash);
-    assert_eq!(driver.parameters(), before);
-    assert_eq!(driver.controller.current().fingerprint, first);
-    let sample = message(2, 11, &more[11]);
-    assert_eq!(driver.fault(&sample), Fault::NoSession);
-    // A calibration refers to the robot as drawn, whatever is in use.
-    let expected = on_the_host(&more).calibrate().expect("a calibration");
-    assert_eq!(
-        driver.solved(2, &more),
-        Geometry::of(&expected.robot).fingerprint()
-    );
 }
 
 /// A robot that was calibrated elsewhere, with gears that are not exact: stored, used by the control loop, there after

@@ -1,6 +1,6 @@
 //! What is refused, and what is written then: nothing.
 
-use crate::export::robots::{csv, example, leaning, upright, with_towers};
+use crate::export::robots::{csv, example};
 use crate::support::{Folder, NOMINAL, assert_refused, nominal_arms, robot_toml};
 
 #[test]
@@ -79,21 +79,7 @@ fn arms_that_are_numbered_clockwise_keep_their_motors() {
 }
 
 #[test]
-fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
-    let folder = Folder::new();
-    with_towers(&folder, &upright());
-    let others = "3 ⇒ this robot has towers: it can be exported for klipper, reprapfirmware, marlin, marlin-1.1 and correction-table";
-    for target in ["b-and-r", "linuxcnc", "smoothieware", "codesys"] {
-        let case = format!("calibrated.toml --for {target} ⇒ {others}");
-        assert_refused(&folder, "export", &case);
-    }
-    folder
-        .run("export calibrated.toml --for correction-table --positions wanted.csv")
-        .ok();
-    let below = "calibrated.toml --for klipper --positions wanted.csv --home 0,0,0 ⇒ 3 ⇒ arm 1: the end stop at 0 mm is outside";
-    assert_refused(&folder, "export", below);
-    let no_heights = "calibrated.toml --for klipper --bed wanted.csv ⇒ 3 ⇒ wanted.csv";
-    assert_refused(&folder, "export", no_heights);
+fn what_is_for_towers_is_refused_for_rotary_arms() {
     let rotary = Folder::new();
     example(&rotary);
     let table = "
@@ -101,26 +87,4 @@ fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
         --for klipper --bed samples.csv ⇒ 2 ⇒ only be used with towers
         ";
     assert_refused(&rotary, "export calibrated.toml", table);
-}
-
-/// Without --home, --bed, --positions and --nominal the command says what it assumes.
-#[test]
-fn assumptions_are_stated() {
-    let folder = Folder::new();
-    with_towers(&folder, &leaning());
-    let symmetric = "# - The table is right only for a controller that uses the symmetric robot";
-    for (target, parts) in [
-        (
-            "marlin",
-            "assumed at a travel of 715.000 mm | with --bed | within 119 mm of the | M665 L",
-        ),
-        ("correction-table", symmetric),
-    ] {
-        let run = folder
-            .run(&format!("export calibrated.toml --for {target}"))
-            .ok();
-        for part in parts.split(" | ") {
-            assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
-        }
-    }
 }

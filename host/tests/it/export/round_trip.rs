@@ -43,7 +43,7 @@ fn lost(folder: &Folder, inverse: &Inverse, frame: &Value, wanted: &[Point]) -> 
         sum += off * off;
         worst = f64::max(worst, off);
     }
-    let count = f64::from(u32::try_from(wanted.len()).unwrap());
+    let count = wanted.len() as f64;
     [f64::sqrt(sum / count), worst]
 }
 

@@ -49,7 +49,6 @@ impl Table {
             .nodes
             .iter()
             .filter(|(_, (_, kind))| kind == "computed");
-        #[allow(clippy::cast_precision_loss)] // some thousand
         nodes.map(|(index, (by, _))| (index.map(|c| c as f64 * self.spacing), by.unwrap()))
     }
 
@@ -119,7 +118,7 @@ fn a_limit_with_a_unit_chooses_the_spacing() {
         let (table, text, report) = table(&folder, "--positions wanted.csv --limit 50um");
         let off = |at: &Point| off_by(&calibrated, *at, table.at(*at).unwrap());
         let squares = wanted.iter().map(|at| off(at).powi(2)).sum::<f64>();
-        let count = f64::from(u32::try_from(wanted.len()).unwrap());
+        let count = wanted.len() as f64;
         let worst = wanted.iter().map(off).fold(0.0, f64::max);
         assert_eq!(report["loss"]["positions"], wanted.len());
         // Corrections are written to 0.00001 mm.

@@ -101,9 +101,7 @@ fn readings_that_no_printer_explains_are_refused() {
         let folder = folder(&text);
         let command = format!("calibrate printer.cfg {option}");
         let run = folder.run(&format!("{command} --output c.toml --paste p.cfg"));
-        assert_eq!(run.code, 1, "{}", run.stderr);
-        assert_eq!(run.stdout, "");
-        assert!(run.stderr.contains(cause), "{}", run.stderr);
+        assert_eq!(run.ends(1, cause).stdout, "");
         // A program that reads standard output is told there.
         let run = folder.run(&format!("{command} --json -"));
         assert!(run.json()["refused"].as_str().is_some(), "{}", run.stdout);

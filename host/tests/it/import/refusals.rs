@@ -48,11 +48,7 @@ fn assert_wrong(good: &str, commands: &[&str], table: &str) {
         assert!(good.contains(&from), "{from}");
         let folder = folder(&good.replacen(&from, &to, 1));
         for command in commands {
-            let run = folder.run(command);
-            assert_eq!(run.code, 3, "{cause}: {}", run.stderr);
-            for part in [&cause, "help:"] {
-                assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
-            }
+            let run = folder.run(command).ends(3, &format!("{cause} | help:"));
             assert_eq!(run.stdout, "");
             assert_eq!(folder.names(), ["printer.cfg"]);
             silent(&run);
@@ -66,14 +62,14 @@ fn a_configuration_without_measurements_gives_a_robot_file_only() {
     let good = printer("20").configuration();
     let saved = good.find("#*# [delta_calibrate]").unwrap();
     let folder = folder(&good[..saved]);
-    let run = folder.run("calibrate printer.cfg --output c.toml");
-    assert_eq!(run.code, 3, "{}", run.stderr);
     let cause = "printer.cfg: the configuration holds no saved measurements";
-    assert!(run.stderr.contains(cause), "{}", run.stderr);
+    folder
+        .run("calibrate printer.cfg --output c.toml")
+        .ends(3, cause);
     assert_eq!(folder.names(), ["printer.cfg"]);
-    let run = folder.run("import klipper printer.cfg --output mine").ok();
+    let run = folder.run("import klipper printer.cfg --output mine");
+    let run = run.ends(0, "DELTA_CALIBRATE");
     assert!(!folder.path("mine/samples.csv").exists());
-    assert!(run.stdout.contains("DELTA_CALIBRATE"), "{}", run.stdout);
     run_next(&folder, &run.stdout);
     silent(&run);
 }
@@ -83,13 +79,9 @@ fn files_that_exist_are_only_replaced_with_force() {
     let folder = folder(&printer("01").configuration());
     std::fs::create_dir(folder.path("mine")).unwrap();
     folder.write("mine/samples.csv", "of yesterday");
-    let run = folder.run("import klipper printer.cfg --output mine");
-    assert_eq!(run.code, 4, "{}", run.stderr);
-    assert!(
-        run.stderr.contains("samples.csv: the file exists"),
-        "{}",
-        run.stderr
-    );
+    folder
+        .run("import klipper printer.cfg --output mine")
+        .ends(4, "samples.csv: the file exists");
     assert_eq!(folder.read("mine/samples.csv"), "of yesterday");
     assert!(!folder.path("mine/robot.toml").exists());
     folder

@@ -263,7 +263,17 @@ impl Folder {
 
 impl Run {
     pub(crate) fn ok(self) -> Self {
-        assert_eq!(self.code, 0, "{}", self.stderr);
+        self.ends(0, "")
+    }
+
+    /// Asserts the exit code, and that all parts, which ` | ` separates, are printed, wherever lines end.
+    pub(crate) fn ends(self, code: i32, parts: &str) -> Self {
+        let all = format!("{} {}", self.stdout, self.stderr);
+        assert_eq!(self.code, code, "{all}");
+        let words = all.split_whitespace().collect::<Vec<_>>().join(" ");
+        for part in parts.split(" | ") {
+            assert!(words.contains(part), "{part}: {all}");
+        }
         self
     }
 

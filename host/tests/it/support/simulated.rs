@@ -5,8 +5,9 @@ use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal::{ArmIndex, Noise, Robot, Tolerance};
-use delta_cal_host::geometry::Reach;
-use delta_cal_host::{InstrumentFacts, Reading, ReadingFrom, Readings, RobotFile, Row};
+use delta_cal_host::files::robot_file::Target;
+use delta_cal_host::geometry::{Reach, Region};
+use delta_cal_host::{InstrumentFacts, Reading, ReadingFrom, Readings, Report, RobotFile, Row};
 use delta_cal_tests::geometries::{geometries, linear_geometries};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::SeedableRng;
@@ -160,12 +161,49 @@ pub(crate) fn readings(
             }
         }
         before = joints;
-        readings.rows.push(Row {
-            line: index as u64 + 2,
-            value: own,
-        });
+        push(&mut readings, &own);
     }
     readings
+}
+
+/// Another row at the end.
+pub(crate) fn push(readings: &mut Readings, value: &Reading) {
+    let line = readings.rows.len() as u64 + 2;
+    let value = *value;
+    readings.rows.push(Row { line, value });
+}
+
+/// Adds reflectors at these places, with this σ, mm.
+pub(crate) fn mount(
+    file: &mut RobotFile,
+    readings: &mut Readings,
+    places: &[Vector3<f64>],
+    sigma: f64,
+) {
+    for (index, place) in places.iter().enumerate() {
+        let name = match places {
+            [_] => "target".to_owned(),
+            _ => format!("T{index}"),
+        };
+        readings.targets.push(name.clone());
+        file.instruments.targets.push(Target {
+            name,
+            place: *place,
+            sigma: Vector3::repeat(sigma),
+        });
+    }
+}
+
+/// A pose where the robot works that was made, and the one of its file.
+pub(crate) fn worked(file: &RobotFile, truth: &Robot<f64>, rng: &mut Pcg32) -> [f64; 3] {
+    loop {
+        let pose = random_pose(truth, &file.limits, rng).unwrap();
+        let clear = [&file.robot, truth].map(|own| file.reach().clear_position(own, &pose.joints));
+        let within = |own: Region| own.contains(&pose.position);
+        if clear.iter().all(Result::is_ok) && file.within.is_none_or(within) {
+            return pose.joints;
+        }
+    }
 }
 
 /// Where a wire begins.
@@ -199,12 +237,71 @@ pub(crate) fn position_errors(
     truth: &Robot<f64>,
 ) -> [f64; 2] {
     let all = position_lengths(reach, poses, found, truth);
-    let count = f64::from(u32::try_from(all.len()).unwrap());
+    let count = all.len() as f64;
     [0, 1].map(|kind| all.iter().map(|own| own[kind].powi(2)).sum::<f64>() / count)
 }
 
+/// Of calibrations that were accepted: what came of them over what is stated.
+#[derive(Default)]
+pub(crate) struct Promise {
+    /// Of each: mean squares of the errors and of what is stated, absolute and relative, mm².
+    squares: Vec<[[f64; 2]; 2]>,
+    /// Of each: the share of the positions within the expanded uncertainty.
+    covered: Vec<f64>,
+    /// Robots that are further off than before.
+    pub(crate) worse: usize,
+}
+
+impl Promise {
+    pub(crate) fn add(&mut self, file: &RobotFile, truth: &Robot<f64>, report: &Report, seed: u64) {
+        let (reach, found) = (file.reach(), &report.after.robot);
+        let poses = judged(&reach, truth, seed);
+        let stated = report.expected_error.unwrap();
+        let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
+        let errors = position_errors(&reach, &poses, found, truth);
+        self.squares
+            .push([0, 1].map(|kind| [errors[kind], stated[kind].powi(2)]));
+        let [before, _] = position_errors(&reach, &poses, &file.robot, truth);
+        self.worse += usize::from(report.solution.is_absolute() && errors[0] > before);
+        if let Some(expanded) = &report.expanded_uncertainty {
+            let kind = usize::from(expanded.of == "relative");
+            let lengths = position_lengths(&reach, &poses, found, truth);
+            let within = |own: &&[f64; 2]| own[kind] <= expanded.workspace_mm;
+            let within = lengths.iter().filter(within).count();
+            self.covered.push(within as f64 / lengths.len() as f64);
+        }
+    }
+
+    pub(crate) fn accepted(&self) -> usize {
+        self.squares.len()
+    }
+
+    /// Achieved over stated errors, absolute and relative: every robot counts alike.
+    pub(crate) fn ratios(&self) -> [f64; 2] {
+        let ratio = |kind: usize| {
+            self.squares
+                .iter()
+                .map(move |own| own[kind][0] / own[kind][1])
+        };
+        [0, 1].map(|kind| (ratio(kind).sum::<f64>() / self.accepted() as f64).sqrt())
+    }
+
+    /// The same where the errors of all are one.
+    pub(crate) fn pooled(&self) -> [f64; 2] {
+        let sum = |kind: usize, part: usize| -> f64 {
+            self.squares.iter().map(|own| own[kind][part]).sum()
+        };
+        [0, 1].map(|kind| (sum(kind, 0) / sum(kind, 1)).sqrt())
+    }
+
+    /// The share of all positions that are within the expanded uncertainty.
+    pub(crate) fn covered(&self) -> f64 {
+        self.covered.iter().sum::<f64>() / self.covered.len() as f64
+    }
+}
+
 /// The length of each of these errors.
-pub(crate) fn position_lengths(
+fn position_lengths(
     reach: &Reach,
     poses: &[[f64; 3]],
     found: &Robot<f64>,

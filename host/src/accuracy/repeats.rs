@@ -53,21 +53,27 @@ pub struct RepeatedPose {
 /// A position as commanded and as attained, mm.
 pub(crate) type Attained = (Vector3<f64>, Vector3<f64>);
 
-/// The poses of rows: of the same `name`, or the same place in each `repeat`, or the same joints to the last digit.
+/// The poses of rows: of the same `name`, or the same place in each `repeat`, or the same joints to the last digit; of
+/// several targets each has its own.
 fn keys(readings: &Readings) -> impl Iterator<Item = String> {
     let mut counted: BTreeMap<String, usize> = BTreeMap::new();
     let mut firsts: BTreeMap<[u64; 3], u64> = BTreeMap::new();
     readings.rows.iter().map(move |row: &Row<Reading>| {
         halt::check();
         let label = readings.labels.get(&row.line).cloned().unwrap_or_default();
-        if let Some(repeat) = label.repeat {
+        let name = if let Some(repeat) = label.repeat {
             let place = counted.entry(repeat).or_default();
             *place += 1;
-            return label.name.unwrap_or_else(|| format!("pose {place}"));
+            label.name.unwrap_or_else(|| format!("pose {place}"))
+        } else {
+            let bits = row.value.joints.map(|own| (own + 0.0).to_bits());
+            let line = firsts.entry(bits).or_insert(row.line);
+            label.name.unwrap_or_else(|| format!("line {line}"))
+        };
+        match &readings.targets[..] {
+            [] | [_] => name,
+            targets => format!("{name}, {}", targets[row.value.target]),
         }
-        let bits = row.value.joints.map(|own| (own + 0.0).to_bits());
-        let line = firsts.entry(bits).or_insert(row.line);
-        label.name.unwrap_or_else(|| format!("line {line}"))
     })
 }
 
@@ -153,6 +159,7 @@ pub(crate) fn of_kind(readings: &Readings, kind: Kind) -> Option<(f64, f64)> {
         let unread = Reading {
             height: own.height.map(|(plane, _)| (plane, 0.0)),
             distance: own.distance.map(|(from, _)| (from, 0.0)),
+            target: own.target,
             ..Reading::at(own.joints)
         };
         poses.entry(unread.bits()).or_default().push(own);

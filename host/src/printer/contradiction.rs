@@ -2,12 +2,12 @@
 
 use super::assess::Printer;
 use crate::calibration::Refused;
-use crate::fit::solution::PARAMETERS;
+use crate::fit::solution::{PARAMETERS, RowFit};
 use crate::fit::{Options, Solution, solve};
 use crate::import::Imported;
 use crate::text::rounded;
-use delta_cal::Robot;
 use delta_cal::robot::{Arm, Drive};
+use delta_cal::{Real, Robot};
 use nalgebra::SVector;
 
 /// Noise so many times the usual is doubtful.
@@ -55,7 +55,7 @@ const AGREE: f64 = 0.045;
 const BAD: f64 = 6.0;
 const TOUCH: f64 = 0.02;
 
-/// The refusal of touches that agree with the configuration but for one. A bowl, which a wrong radius makes, is none.
+/// The refusal of touches of which one decides, so that it has to be touched again before any line is pasted.
 pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
     let measured = imported.readings.rows.len() - imported.held;
     let rows = imported.readings.rows.iter().take(measured).enumerate();
@@ -68,46 +68,80 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
     if off.len() < LEAST_TOUCHES {
         return None;
     }
-    let scatter = |values: &[f64]| {
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let squares = values.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
-        (mean, (squares / values.len() as f64).sqrt())
-    };
     let without = |(index, at, own): &(usize, _, f64)| {
         let others = off.iter().filter(|other| other.0 != *index);
-        let (mean, left) = scatter(&others.map(|other| other.2).collect::<Vec<_>>());
+        let others: Vec<_> = others.map(|other| other.2).collect();
+        let mean = others.iter().sum::<f64>() / others.len() as f64;
+        let squares = others.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
+        let left = (squares / others.len() as f64).sqrt();
         (left, *index, *at, own - mean)
     };
     let tried = off.iter().map(without);
     let (left, index, at, by) = tried.min_by(|one, other| one.0.total_cmp(&other.0))?;
     if left > AGREE || by.abs() < BAD * left.max(TOUCH) {
-        return None;
-    }
-    // What a bowl leaves.
-    let squares: Vec<_> = off.iter().map(|own| own.1.norm_squared()).collect();
-    let (mean, spread) = scatter(&squares);
-    let bowl = off.iter().zip(&squares);
-    let bowl = bowl
-        .map(|(own, square)| own.2 * (square - mean))
-        .sum::<f64>()
-        / (off.len() as f64 * spread * spread).max(f64::MIN_POSITIVE);
-    let flat = off
-        .iter()
-        .zip(&squares)
-        .map(|(own, square)| own.2 - bowl * square);
-    if scatter(&flat.collect::<Vec<_>>()).1 < 2.0 * left.max(TOUCH) {
-        return None;
+        return outlier(imported).map(again);
     }
     let name = imported.names.get(index)?;
-    Some(Refused::new(
-        format!(
-            "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the {} others agree with the \
-             configuration to {left:.2} mm rms.",
-            at.x,
-            at.y,
-            off.len() - 1
-        ),
+    let others = off.len() - 1;
+    Some(again(format!(
+        "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the {others} others agree with the \
+         configuration to {left:.2} mm rms.",
+        at.x, at.y
+    )))
+}
+
+fn again(cause: String) -> Refused {
+    Refused::new(
+        cause,
         "Clean bed and nozzle, and touch that place again. If it is the same again, touch four more places around it.",
+    )
+}
+
+/// So few touches show no noise of their own: they are as noisy as this with the bed, mm.
+const FEW: usize = 9;
+const NOISE_OF_FEW: f64 = 0.03;
+/// How often a touch is bad, and the square of σ of what it is off then, mm².
+const OFTEN: f64 = 0.01;
+const BADLY: f64 = 1.0;
+/// Logarithm of the odds of the best by which those of others that are named are less, at most.
+const AS_LIKELY: f64 = 2.3;
+
+/// The cause to refuse few touches if one of them is more likely bad than all are good. With d what a touch is off from where the
+/// others and the tolerance expect it, and v the variance of that, the odds that it is off by N(0, s²) besides are
+///
+/// ```text
+/// P(bad) √(v / (v + s²)) exp(d² / 2v − d² / 2(v + s²))
+/// ```
+fn outlier(imported: &Imported) -> Option<String> {
+    let [heights, distances] = imported.counts();
+    if heights > FEW || distances > 0 || imported.robot.robot.drive() == Drive::Rotary {
+        return None;
+    }
+    let mut robot = imported.robot.clone();
+    robot.instruments.height_noise = Some(NOISE_OF_FEW);
+    let solution = solve(&robot, &imported.readings, &Options::default()).ok()?;
+    let of_row = |row: &RowFit| {
+        let readings = row.whitened.iter().zip(&row.leverage);
+        let (own, leverage) =
+            readings.max_by(|(one, _), (other, _)| one.abs().total_cmp(&other.abs()))?;
+        let off = own * NOISE_OF_FEW / (1.0 - leverage);
+        let variance = NOISE_OF_FEW * NOISE_OF_FEW / (1.0 - leverage);
+        let wide = variance + BADLY;
+        let part = (OFTEN * OFTEN * variance / wide).natural_logarithm();
+        Some(0.5 * (part + off * off * (1.0 / variance - 1.0 / wide)))
+    };
+    let odds = solution.rows.iter().filter_map(of_row).take(heights);
+    let odds: Vec<f64> = odds.collect();
+    let best = odds.iter().copied().fold(0.0, f64::max);
+    if !(best > 0.0) {
+        return None;
+    }
+    let mut named = imported.names.iter().zip(&odds).collect::<Vec<_>>();
+    named.retain(|(_, own)| **own > best - AS_LIKELY);
+    let names: Vec<_> = named.iter().map(|(name, _)| name.as_str()).collect();
+    let names = names.join(" or ");
+    Some(format!(
+        "One touch decides: of {heights} touches, {names} disagrees with what the others and the tolerance expect."
     ))
 }
 

@@ -176,7 +176,7 @@ fn one_bad_touch_of_seven_is_named() {
         let right = made(&set, 971, index);
         let run = folder(&right.configuration()).run("calibrate printer.cfg");
         assert_eq!(run.code, 0, "{}", run.stderr);
-        for (bad, off) in [(1, 0.3), (4, -0.5), (6, 1.0)] {
+        for (bad, off) in [(0, 0.6), (1, 0.3), (4, -0.5), (6, 1.0)] {
             let mut wrong = right.clone();
             if let Row::Height(steps, height) = wrong.rows[bad] {
                 let [x, y, z] = right.klipper.position(steps);

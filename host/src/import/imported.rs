@@ -696,7 +696,10 @@ impl Imported {
         }
         comment.extend_from_slice(&self.notes);
         let mut robot = self.robot.clone();
-        let top = robot.robot.forward(&self.home).map_or(0.0, |at| at.z);
+        let top = robot
+            .robot
+            .forward(&self.home)
+            .map_or(0.0, |at| at.z.floor());
         robot.within = self.bed_radius.filter(|_| top > 0.0).map(|out| Region {
             ranges: [(-out, out), (-out, out), (0.0, top)],
             radius: Some(out),

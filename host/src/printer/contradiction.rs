@@ -3,7 +3,7 @@
 use super::assess::Printer;
 use crate::calibration::Refused;
 use crate::fit::solution::{PARAMETERS, RowFit};
-use crate::fit::{Options, Solution, solve};
+use crate::fit::{Options, Solution, solve, solve_with};
 use crate::import::Imported;
 use crate::text::rounded;
 use delta_cal::robot::{Arm, Drive};
@@ -62,7 +62,7 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
     let off = rows.filter_map(|(index, row)| {
         let (_, height) = row.value.height.filter(|(plane, _)| *plane == 0)?;
         let at = imported.configured.forward(&row.value.joints).ok()?;
-        Some((index, at.xy(), at.z - height))
+        Some((index, at.xy().map(|own| own.round() + 0.0), at.z - height))
     });
     let off: Vec<_> = off.collect();
     if off.len() < LEAST_TOUCHES {
@@ -82,9 +82,8 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
         return outlier(imported).map(again);
     }
     let name = imported.names.get(index)?;
-    let others = off.len() - 1;
     Some(again(format!(
-        "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the {others} others agree with the \
+        "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the others agree with the \
          configuration to {left:.2} mm rms.",
         at.x, at.y
     )))
@@ -119,13 +118,15 @@ fn outlier(imported: &Imported) -> Option<String> {
     }
     let mut robot = imported.robot.clone();
     robot.instruments.height_noise = Some(NOISE_OF_FEW);
-    let solution = solve(&robot, &imported.readings, &Options::default()).ok()?;
+    let options = Options::default();
+    let solution = solve_with(&robot, &imported.readings, &options, (&[], false)).ok()?;
+    let noise = solution.levels.height;
     let of_row = |row: &RowFit| {
         let readings = row.whitened.iter().zip(&row.leverage);
         let (own, leverage) =
             readings.max_by(|(one, _), (other, _)| one.abs().total_cmp(&other.abs()))?;
-        let off = own * NOISE_OF_FEW / (1.0 - leverage);
-        let variance = NOISE_OF_FEW * NOISE_OF_FEW / (1.0 - leverage);
+        let off = own * noise / (1.0 - leverage);
+        let variance = noise * noise / (1.0 - leverage);
         let wide = variance + BADLY;
         let part = (OFTEN * OFTEN * variance / wide).natural_logarithm();
         Some(0.5 * (part + off * off * (1.0 / variance - 1.0 / wide)))

@@ -2,12 +2,12 @@
 
 use super::assess::Printer;
 use crate::calibration::Refused;
-use crate::fit::solution::{PARAMETERS, RowFit};
-use crate::fit::{Options, Solution, solve, solve_with};
+use crate::fit::solution::PARAMETERS;
+use crate::fit::{Options, Solution, solve};
 use crate::import::Imported;
 use crate::text::rounded;
+use delta_cal::Robot;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{Real, Robot};
 use nalgebra::SVector;
 
 /// Noise so many times the usual is doubtful.
@@ -65,7 +65,8 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
         Some((index, at.xy().map(|own| own.round() + 0.0), at.z - height))
     });
     let off: Vec<_> = off.collect();
-    if off.len() < LEAST_TOUCHES {
+    // The end stops of arms that motors turn make a bowl.
+    if off.len() < LEAST_TOUCHES || imported.configured.drive() == Drive::Rotary {
         return None;
     }
     let without = |(index, at, own): &(usize, _, f64)| {
@@ -79,70 +80,17 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
     let tried = off.iter().map(without);
     let (left, index, at, by) = tried.min_by(|one, other| one.0.total_cmp(&other.0))?;
     if left > AGREE || by.abs() < BAD * left.max(TOUCH) {
-        return outlier(imported).map(again);
+        return None;
     }
     let name = imported.names.get(index)?;
-    Some(again(format!(
+    let cause = format!(
         "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the others agree with the \
          configuration to {left:.2} mm rms.",
         at.x, at.y
-    )))
-}
-
-fn again(cause: String) -> Refused {
-    Refused::new(
+    );
+    Some(Refused::new(
         cause,
         "Clean bed and nozzle, and touch that place again. If it is the same again, touch four more places around it.",
-    )
-}
-
-/// So few touches show no noise of their own: they are as noisy as this with the bed, mm.
-const FEW: usize = 9;
-const NOISE_OF_FEW: f64 = 0.03;
-/// How often a touch is bad, and the square of σ of what it is off then, mm².
-const OFTEN: f64 = 0.01;
-const BADLY: f64 = 1.0;
-/// Logarithm of the odds of the best by which those of others that are named are less, at most.
-const AS_LIKELY: f64 = 2.3;
-
-/// The cause to refuse few touches if one of them is more likely bad than all are good. With d what a touch is off from where the
-/// others and the tolerance expect it, and v the variance of that, the odds that it is off by N(0, s²) besides are
-///
-/// ```text
-/// P(bad) √(v / (v + s²)) exp(d² / 2v − d² / 2(v + s²))
-/// ```
-fn outlier(imported: &Imported) -> Option<String> {
-    let [heights, distances] = imported.counts();
-    if heights > FEW || distances > 0 || imported.robot.robot.drive() == Drive::Rotary {
-        return None;
-    }
-    let mut robot = imported.robot.clone();
-    robot.instruments.height_noise = Some(NOISE_OF_FEW);
-    let options = Options::default();
-    let solution = solve_with(&robot, &imported.readings, &options, (&[], false)).ok()?;
-    let noise = solution.levels.height;
-    let of_row = |row: &RowFit| {
-        let readings = row.whitened.iter().zip(&row.leverage);
-        let (own, leverage) =
-            readings.max_by(|(one, _), (other, _)| one.abs().total_cmp(&other.abs()))?;
-        let off = own * noise / (1.0 - leverage);
-        let variance = noise * noise / (1.0 - leverage);
-        let wide = variance + BADLY;
-        let part = (OFTEN * OFTEN * variance / wide).natural_logarithm();
-        Some(0.5 * (part + off * off * (1.0 / variance - 1.0 / wide)))
-    };
-    let odds = solution.rows.iter().filter_map(of_row).take(heights);
-    let odds: Vec<f64> = odds.collect();
-    let best = odds.iter().copied().fold(0.0, f64::max);
-    if !(best > 0.0) {
-        return None;
-    }
-    let mut named = imported.names.iter().zip(&odds).collect::<Vec<_>>();
-    named.retain(|(_, own)| **own > best - AS_LIKELY);
-    let names: Vec<_> = named.iter().map(|(name, _)| name.as_str()).collect();
-    let names = names.join(" or ");
-    Some(format!(
-        "One touch decides: of {heights} touches, {names} disagrees with what the others and the tolerance expect."
     ))
 }
 

@@ -33,7 +33,7 @@ const OF_FUNCTIONS: [(&str, &str, &str); 6] = [
     (
         "",
         "printer/contradiction.rs",
-        "bad_touch again outlier contradicted_length",
+        "bad_touch contradicted_length",
     ),
     (
         "Refusals of a validation",

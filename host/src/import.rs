@@ -55,55 +55,43 @@ impl Firmware {
         Self::GrblHal,
     ];
 
+    /// Name on the command line, in sentences, what states where the probe is beside the nozzle, and the length of forearms.
+    const fn words(self) -> [&'static str; 4] {
+        const KLIPPER: &str = "x_offset and y_offset of [probe]";
+        match self {
+            Self::Klipper => ["klipper", "Klipper", KLIPPER, "lower_arm_length"],
+            Self::RepRapFirmware => ["reprapfirmware", "RepRapFirmware", "G31 X Y", "M669 L"],
+            Self::FluidNc => ["fluidnc", "FluidNC", "M851 X Y", "linkage_mm"],
+            Self::GrblHal => ["grblhal", "grblHAL", "M851 X Y", "Forearm length"],
+            Self::Marlin => ["marlin", "Marlin", "M851 X Y", "M669 L"],
+        }
+    }
+
     /// The name on the command line, and of the export target.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Klipper => "klipper",
-            Self::RepRapFirmware => "reprapfirmware",
-            Self::Marlin => "marlin",
-            Self::FluidNc => "fluidnc",
-            Self::GrblHal => "grblhal",
-        }
+        self.words()[0]
     }
 
     /// The name in sentences.
     pub const fn title(self) -> &'static str {
-        match self {
-            Self::Klipper => "Klipper",
-            Self::RepRapFirmware => "RepRapFirmware",
-            Self::Marlin => "Marlin",
-            Self::FluidNc => "FluidNC",
-            Self::GrblHal => "grblHAL",
-        }
+        self.words()[1]
     }
 
     /// The option that states where the probe is beside the nozzle.
     const fn offset_option(self) -> &'static str {
-        match self {
-            Self::Klipper => "x_offset and y_offset of [probe]",
-            Self::RepRapFirmware => "G31 X Y",
-            Self::Marlin | Self::FluidNc | Self::GrblHal => "M851 X Y",
-        }
+        self.words()[2]
     }
 
     /// What it calls the length of a rotary robot's forearms.
     pub(crate) const fn forearm(self) -> &'static str {
-        match self {
-            Self::Klipper => "lower_arm_length",
-            Self::FluidNc => "linkage_mm",
-            Self::GrblHal => "Forearm length",
-            Self::RepRapFirmware | Self::Marlin => "M669 L",
-        }
+        self.words()[3]
     }
 
     /// The firmware of a configuration, if it is evident.
     pub(crate) fn wrote(input: &InputText) -> Option<Self> {
-        let mut lines = input.text().lines().map(str::trim_start);
-        let all = lines.clone();
-        let any = |starts: &[&str]| {
-            let mut lines = all.clone();
-            lines.any(|line| starts.iter().any(|own| line.starts_with(own)))
-        };
+        let lines = || input.text().lines().map(str::trim_start);
+        let begins = |line: &str, starts: &[&str]| starts.iter().any(|own| line.starts_with(own));
+        let any = |starts: &[&str]| lines().any(|line| begins(line, starts));
         if any(&["[printer]", "[include"]) {
             return Some(Self::Klipper);
         }
@@ -120,7 +108,7 @@ impl Firmware {
             answer.is_some_and(|own| own.starts_with("M665") || own.starts_with("M666"))
                 || code.trim_start().starts_with("M665 ") && all(['L', 'H', 'S'])
         };
-        if lines.any(|line| answered(line) || line.starts_with("#define DELTA_")) {
+        if lines().any(|line| answered(line) || line.starts_with("#define DELTA_")) {
             return Some(Self::Marlin);
         }
         if any(&["parallel_delta:"]) {

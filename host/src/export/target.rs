@@ -353,7 +353,9 @@ impl Fitted<'_> {
             "below_endstop" => mm(lowest_endstop - endstops[arm]),
             // Of the printed area: as stated, or the largest distance of a wanted position from the z axis.
             "reach" => {
-                let reach = self.settings.bed_radius.unwrap_or(self.reach.ceil());
+                let stated = self.robot.within.and_then(|own| own.radius);
+                let reach = self.settings.bed_radius.or(stated);
+                let reach = reach.unwrap_or(self.reach.ceil());
                 text(format!("{reach:.1}"))
             }
             // The parameters' number, and the range of the joints.

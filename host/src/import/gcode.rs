@@ -154,20 +154,17 @@ impl Settings {
     fn trims(&self, without_b: bool) -> Result<[f64; 3], InputError> {
         let [a, b, c] = self.three(M665, ["A", "B", "C"])?;
         let trims = [a, if without_b { 0.0 } else { b }, c];
-        for (letter, trim) in ["A", "B", "C"].into_iter().zip(trims) {
-            if trim.abs() > LARGEST_TRIM {
-                let cause = format!(
-                    "{letter} lengthens the rods of a tower since Marlin 2.0, and {trim} mm is too much"
-                );
-                let meant = match letter {
-                    "B" => "if you meant the printable radius, ",
-                    _ => "",
-                };
-                let remedy = format!("{meant}send M665 {letter}0, and give the new output of M503");
-                return Err(self.fault(M665, letter, &cause).with_remedy(remedy));
-            }
-        }
-        Ok(trims)
+        let mut named = ["A", "B", "C"].into_iter().zip(trims);
+        let Some((letter, trim)) = named.find(|own| own.1.abs() > LARGEST_TRIM) else {
+            return Ok(trims);
+        };
+        let cause = format!(
+            "{letter} lengthens the rods of a tower since Marlin 2.0, and {trim} mm is too much"
+        );
+        let remedy = format!(
+            "if you meant the printable radius, send M665 {letter}0, and give the new output of M503"
+        );
+        Err(self.fault(M665, letter, &cause).with_remedy(remedy))
     }
 }
 

@@ -7,7 +7,7 @@ use crate::files::columns::Quantity;
 use crate::files::input::InputError;
 use crate::files::robot_file::{KnownPlane, RobotFile, Target};
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
-use crate::geometry::{Parallelograms, range, reaches_anywhere};
+use crate::geometry::{Parallelograms, Region, range, reaches_anywhere};
 use crate::text::rounded;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, Drive, GeometryError};
@@ -461,13 +461,9 @@ impl Imported {
 
     /// With z = 0 on a bed at this height of the controller.
     pub(super) fn on_a_bed_at(mut self, height: f64) -> Self {
-        for robot in [
-            &mut self.robot.robot,
-            &mut self.configured,
-            &mut self.towers,
-        ] {
-            *robot = lowered(robot, height);
-        }
+        self.robot.robot = lowered(&self.robot.robot, height);
+        self.configured = lowered(&self.configured, height);
+        self.towers = lowered(&self.towers, height);
         for row in &mut self.readings.rows {
             row.value.height = row.value.height.map(|(plane, own)| (plane, own - height));
         }
@@ -699,7 +695,16 @@ impl Imported {
             comment.push("The bed is level at z = 0.".to_owned());
         }
         comment.extend_from_slice(&self.notes);
-        self.robot.to_toml(&comment.join("\n"))
+        let mut robot = self.robot.clone();
+        let top = robot
+            .robot
+            .forward(&self.home)
+            .map_or(0.0, |at| at.z.floor());
+        robot.within = self.bed_radius.filter(|_| top > 0.0).map(|out| Region {
+            ranges: [(-out, out), (-out, out), (0.0, top)],
+            radius: Some(out),
+        });
+        robot.to_toml(&comment.join("\n"))
     }
 
     /// The samples file's text, if there are readings.

@@ -59,19 +59,17 @@ impl Settings {
 
     /// The error for a missing option.
     pub(super) fn lacking(&self, section: &str, option: &str) -> InputError {
-        match (self.firmware, self.missing.first()) {
-            (Firmware::Klipper, Some((file, line))) => {
-                let remedy = format!(
-                    "{file}:{line} includes a file that does not exist and may contain the option: copy it beside this one"
-                );
-                let fault = self.fault(section, option, "the option is missing");
-                fault.with_remedy(remedy)
-            }
-            (Firmware::Klipper, None) => self
-                .fault(section, option, "the option is missing")
-                .with_remedy("give the complete configuration that Klipper uses"),
-            _ => self.fault(section, option, "the word is missing"),
+        if self.firmware != Firmware::Klipper {
+            return self.fault(section, option, "the word is missing");
         }
+        let remedy = match self.missing.first() {
+            Some((file, line)) => format!(
+                "{file}:{line} includes a file that does not exist and may contain the option: copy it beside this one"
+            ),
+            None => "give the complete configuration that Klipper uses".to_owned(),
+        };
+        let fault = self.fault(section, option, "the option is missing");
+        fault.with_remedy(remedy)
     }
 
     /// A required option.

@@ -90,12 +90,11 @@ impl Uncertain {
         let all = Sensitivities::of(&file.robot, &file.tool(), poses.iter().copied());
         let on_bed = all.0.iter();
         let on_bed = on_bed.filter(|(pose, _)| pose.position.z.abs() < ON_THE_BED);
+        let on_bed = on_bed.map(|(pose, jacobian)| (pose.position, *jacobian));
         let on_bed: Vec<_> = on_bed.collect();
         let count = on_bed.len() as f64;
-        let on_bed = on_bed.into_iter();
-        let on_bed = on_bed.map(|(pose, jacobian)| (pose.position, *jacobian));
         let mut found = Self {
-            on_bed: without_place(on_bed.collect(), |at| [at.x, at.y]),
+            on_bed: without_place(on_bed, |at| [at.x, at.y]),
             relative: all.relative()?.mean_square(),
             height: RobotCovariance::zeros(),
             across: RobotCovariance::zeros(),
@@ -175,15 +174,6 @@ pub struct Better {
     pub across: Option<f64>,
 }
 
-/// What the readings say something of.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Judged {
-    /// The bed.
-    pub(super) height: bool,
-    /// x and y.
-    pub(super) across: bool,
-}
-
 /// Lines from heights alone that are less likely to level the bed are not written: of seven simulated printers between 0.6
 /// and this, one got better.
 const LIKELY: f64 = 0.7;
@@ -197,10 +187,11 @@ impl Better {
         }
     }
 
-    pub(super) fn of(self, judged: Judged) -> Self {
+    /// Of the bed, and of x and y, if the readings say something of them.
+    pub(super) fn of(self, [height, across]: [bool; 2]) -> Self {
         Self {
-            height: self.height.filter(|_| judged.height),
-            across: self.across.filter(|_| judged.across),
+            height: self.height.filter(|_| height),
+            across: self.across.filter(|_| across),
         }
     }
 }
@@ -300,18 +291,12 @@ impl Off {
     }
 
     /// Without what the readings say nothing of.
-    pub(super) fn of_readings(mut self, judged: Judged) -> Self {
-        if !judged.height {
-            for own in [
-                &mut self.height,
-                &mut self.height_sigma,
-                &mut self.worst_height,
-            ] {
-                *own = f64::NAN;
-            }
+    pub(super) fn of_readings(mut self, [height, across]: [bool; 2]) -> Self {
+        if !height {
+            [self.height, self.height_sigma, self.worst_height] = [f64::NAN; 3];
             self.map.clear();
         }
-        if !judged.across {
+        if !across {
             self.across = f64::NAN;
             for (_, off) in &mut self.map {
                 (off.x, off.y) = (0.0, 0.0);
@@ -321,13 +306,10 @@ impl Off {
     }
 
     /// Whether it prints clearly better than another one in what is judged, and nowhere worse.
-    pub(super) fn is_better_than(&self, other: &Self, judged: Judged) -> bool {
-        let height = (judged.height, self.height / other.height);
-        let across = (judged.across, self.across / other.across);
-        let parts = [height, across];
-        parts.iter().any(|(judged, own)| *judged && *own < BETTER)
-            && parts
-                .iter()
-                .all(|(judged, own)| !*judged || *own < 1.0 / BETTER)
+    pub(super) fn is_better_than(&self, other: &Self, [height, across]: [bool; 2]) -> bool {
+        let height = height.then(|| self.height / other.height);
+        let across = across.then(|| self.across / other.across);
+        let parts = || height.into_iter().chain(across);
+        parts().any(|own| own < BETTER) && parts().all(|own| own < 1.0 / BETTER)
     }
 }

@@ -1,6 +1,6 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Better, Judged, ON_THE_BED, Off, Uncertain, poses, radius_of, touches};
+use super::area::{Better, ON_THE_BED, Off, Uncertain, poses, radius_of, touches};
 use super::effector::Effector;
 use super::next::{Next, next};
 use super::notes::{Change, crash, notes};
@@ -174,10 +174,7 @@ impl Printer {
         let uncertain = Uncertain::of(calibrated, &poses).ok_or(ExportError::TooFewPositions(0))?;
         let covariance = solution.expected_of_robot();
         let sigmas = [&uncertain.height, &uncertain.across].map(|own| own.dot(&covariance).sqrt());
-        let judged = Judged {
-            height: heights > 0,
-            across: distances > 0,
-        };
+        let judged = [heights > 0, distances > 0];
         let look = |(controller, frame): (&Robot<f64>, Frame)| {
             Off::of(calibrated, (controller, frame), radius, sigmas)
         };

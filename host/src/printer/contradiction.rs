@@ -55,27 +55,26 @@ const AGREE: f64 = 0.045;
 const BAD: f64 = 6.0;
 const TOUCH: f64 = 0.02;
 
-/// The refusal of touches that agree with the configuration but for one. A bowl, which a wrong radius makes, is none.
+/// The refusal of touches of which one decides, so that it has to be touched again before any line is pasted.
 pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
     let measured = imported.readings.rows.len() - imported.held;
     let rows = imported.readings.rows.iter().take(measured).enumerate();
     let off = rows.filter_map(|(index, row)| {
         let (_, height) = row.value.height.filter(|(plane, _)| *plane == 0)?;
         let at = imported.configured.forward(&row.value.joints).ok()?;
-        Some((index, at.xy(), at.z - height))
+        Some((index, at.xy().map(|own| own.round() + 0.0), at.z - height))
     });
     let off: Vec<_> = off.collect();
-    if off.len() < LEAST_TOUCHES {
+    // The end stops of arms that motors turn make a bowl.
+    if off.len() < LEAST_TOUCHES || imported.configured.drive() == Drive::Rotary {
         return None;
     }
-    let scatter = |values: &[f64]| {
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let squares = values.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
-        (mean, (squares / values.len() as f64).sqrt())
-    };
     let without = |(index, at, own): &(usize, _, f64)| {
         let others = off.iter().filter(|other| other.0 != *index);
-        let (mean, left) = scatter(&others.map(|other| other.2).collect::<Vec<_>>());
+        let others: Vec<_> = others.map(|other| other.2).collect();
+        let mean = others.iter().sum::<f64>() / others.len() as f64;
+        let squares = others.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
+        let left = (squares / others.len() as f64).sqrt();
         (left, *index, *at, own - mean)
     };
     let tried = off.iter().map(without);
@@ -83,30 +82,14 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
     if left > AGREE || by.abs() < BAD * left.max(TOUCH) {
         return None;
     }
-    // What a bowl leaves.
-    let squares: Vec<_> = off.iter().map(|own| own.1.norm_squared()).collect();
-    let (mean, spread) = scatter(&squares);
-    let bowl = off.iter().zip(&squares);
-    let bowl = bowl
-        .map(|(own, square)| own.2 * (square - mean))
-        .sum::<f64>()
-        / (off.len() as f64 * spread * spread).max(f64::MIN_POSITIVE);
-    let flat = off
-        .iter()
-        .zip(&squares)
-        .map(|(own, square)| own.2 - bowl * square);
-    if scatter(&flat.collect::<Vec<_>>()).1 < 2.0 * left.max(TOUCH) {
-        return None;
-    }
     let name = imported.names.get(index)?;
+    let cause = format!(
+        "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the others agree with the \
+         configuration to {left:.2} mm rms.",
+        at.x, at.y
+    );
     Some(Refused::new(
-        format!(
-            "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the {} others agree with the \
-             configuration to {left:.2} mm rms.",
-            at.x,
-            at.y,
-            off.len() - 1
-        ),
+        cause,
         "Clean bed and nozzle, and touch that place again. If it is the same again, touch four more places around it.",
     ))
 }

@@ -56,6 +56,9 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
 
 /// The warning of lines that move an end stop far.
 pub(super) fn crash(changes: &[Change]) -> Option<String> {
+    let is_endstop = |name: &str| {
+        name.ends_with("position_endstop") || name == "M665 H" || name.starts_with("M666")
+    };
     let endstops = changes.iter().filter(|own| is_endstop(&own.name));
     let moved = endstops.map(|own| (own.after - own.before).abs());
     let most = moved.fold(0.0, f64::max);
@@ -65,10 +68,6 @@ pub(super) fn crash(changes: &[Change]) -> Option<String> {
              before anything else: a wrong end stop drives it into the bed."
         )
     })
-}
-
-fn is_endstop(name: &str) -> bool {
-    name.ends_with("position_endstop") || name == "M665 H" || name.starts_with("M666")
 }
 
 /// Errors of the end stops of arms that motors turn are sought in so many steps to each side, degrees.

@@ -167,21 +167,13 @@ fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
     // Arrows as long as a tenth of the bed.
     let largest = 0.1 * printer.bed_radius_mm / widest.max(1e-6);
     let times = 10f64.powf(largest.log10().floor());
-    let drawn = maps
-        .iter()
-        .map(|off| map_of(printer, &off.map, shade, times));
-    let uneven = printer.uneven.iter().map(|own| {
-        let drawn = map_of(printer, &own.map, shade, times);
-        (drawn, "How uneven the bed itself is: no line changes that.")
-    });
-    let bias = printer.effector.iter().map(|own| {
-        let drawn = map_of(printer, &own.map, shade, times);
-        (
-            drawn,
-            "The bias of the probe, from the tilt of the effector.",
-        )
-    });
-    drawn.zip(captions).chain(uneven).chain(bias).collect()
+    let drawn = |map: &Map| map_of(printer, map, shade, times);
+    let beds = maps.iter().map(|off| drawn(&off.map)).zip(captions);
+    let uneven = "How uneven the bed itself is: no line changes that.";
+    let bias = "The bias of the probe, from the tilt of the effector.";
+    let uneven = printer.uneven.iter().map(|own| (drawn(&own.map), uneven));
+    let bias = printer.effector.iter().map(|own| (drawn(&own.map), bias));
+    beds.chain(uneven).chain(bias).collect()
 }
 
 /// Heights about their mean as shades, x and y as lines, and the touches.

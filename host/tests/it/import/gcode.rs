@@ -99,6 +99,15 @@ fn lines_are_the_printer_that_they_describe() {
         let [a, b, c] = own.absolute_endstops();
         let home = format!("--home {a:.6},{b:.6},{c:.6}");
         assert!(run.stdout.contains(&home), "{name}: {}", run.stdout);
+        if firmware == "reprapfirmware" {
+            // What is written again is what was read, the printable radius as well.
+            let command = format!("export mine/robot.toml --for {firmware} {home}");
+            let lines = folder.run(&command).ok().stdout;
+            assert!(
+                lines.contains(" B120.0 ") && lines.contains(" R141.2000 H412.5000 "),
+                "{lines}"
+            );
+        }
         run_next(&folder, &run.stdout);
     }
 }

@@ -1,6 +1,6 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Better, ON_THE_BED, Off, Uncertain, poses, radius_of, touches};
+use super::area::{Better, ON_THE_BED, Off, Uncertain, poses, radius_of, too_few, touches};
 use super::effector::Effector;
 use super::next::{Next, next};
 use super::notes::{Change, crash, notes};
@@ -55,6 +55,8 @@ pub struct Printer {
     pub uneven: Option<Uneven>,
     /// How the effector tilts, if the probe is beside the nozzle.
     pub effector: Option<Effector>,
+    /// How well touches agree with the configuration that are too few to improve it, mm rms.
+    pub agree_mm: Option<f64>,
     /// The probabilities that the lines to paste print better.
     pub better_probability: Option<Better>,
     /// Where the bed was touched.
@@ -192,7 +194,10 @@ impl Printer {
         let better_probability =
             both.map(|(before, after)| uncertain.better(before, after, &covariance));
         let better_probability = better_probability.map(|own| own.of(judged));
-        let better = both.is_none_or(|(before, after)| after.is_better_than(before, judged))
+        let agree_mm = too_few(imported).filter(|_| distances == 0);
+        let better_probability = better_probability.filter(|_| agree_mm.is_none());
+        let better = agree_mm.is_none()
+            && both.is_none_or(|(before, after)| after.is_better_than(before, judged))
             && better_probability.is_none_or(Better::is_likely);
         let [before, after] = [before, after].map(|own| own.map(|own| own.of_readings(judged)));
         let uneven = Uneven::of(robot, solution, radius);
@@ -213,6 +218,7 @@ impl Printer {
             .concat(),
             uneven,
             effector,
+            agree_mm,
             heights,
             distances,
             bed_radius_mm: radius,

@@ -1,5 +1,6 @@
 //! Readings and statements of a printer that contradict each other.
 
+use super::area::{AGREE, off, scatter};
 use super::assess::Printer;
 use crate::calibration::Refused;
 use crate::fit::solution::PARAMETERS;
@@ -49,32 +50,20 @@ pub(crate) fn contradicting(
 
 /// One touch of so many may be bad.
 const LEAST_TOUCHES: usize = 6;
-/// The others agree with the configuration to this, mm rms, as those of a calibrated printer do; a bad one is off by so
-/// many times as much, and never by less than that many times the usual noise.
-const AGREE: f64 = 0.045;
+/// A bad one is off by so many times what the others are, and never by less than that many times the usual noise.
 const BAD: f64 = 6.0;
 const TOUCH: f64 = 0.02;
 
 /// The refusal of touches of which one decides, so that it has to be touched again before any line is pasted.
 pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
-    let measured = imported.readings.rows.len() - imported.held;
-    let rows = imported.readings.rows.iter().take(measured).enumerate();
-    let off = rows.filter_map(|(index, row)| {
-        let (_, height) = row.value.height.filter(|(plane, _)| *plane == 0)?;
-        let at = imported.configured.forward(&row.value.joints).ok()?;
-        Some((index, at.xy().map(|own| own.round() + 0.0), at.z - height))
-    });
-    let off: Vec<_> = off.collect();
+    let off = off(imported);
     // The end stops of arms that motors turn make a bowl.
     if off.len() < LEAST_TOUCHES || imported.configured.drive() == Drive::Rotary {
         return None;
     }
     let without = |(index, at, own): &(usize, _, f64)| {
         let others = off.iter().filter(|other| other.0 != *index);
-        let others: Vec<_> = others.map(|other| other.2).collect();
-        let mean = others.iter().sum::<f64>() / others.len() as f64;
-        let squares = others.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
-        let left = (squares / others.len() as f64).sqrt();
+        let (mean, left) = scatter(others.map(|other| other.2));
         (left, *index, *at, own - mean)
     };
     let tried = off.iter().map(without);

@@ -409,6 +409,14 @@ fn paste(printer: &Printer) -> String {
         let chances = chances.map(|own| format!(": {own}"));
         return format!("Paste the lines below{}.", chances.unwrap_or_default());
     }
+    if let Some(agree) = printer.agree_mm {
+        return format!(
+            "Nothing to change: the {} touches agree with the configuration to {} mm rms. Touch ten or more places to \
+             improve it.",
+            printer.heights,
+            significant(agree, 1)
+        );
+    }
     let chances = chances.map(|own| format!(" (best: {own})"));
     format!(
         "Nothing to change: no other parameters would print clearly better{}.",

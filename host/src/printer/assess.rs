@@ -56,6 +56,7 @@ pub struct Printer {
     /// How the effector tilts, if the probe is beside the nozzle.
     pub effector: Option<Effector>,
     /// How well touches agree with the configuration that are too few to improve it, mm rms.
+    #[serde(skip)]
     pub agree_mm: Option<f64>,
     /// The probabilities that the lines to paste print better.
     pub better_probability: Option<Better>,

@@ -32,7 +32,11 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    fn of(parts: Vec<(String, Vec<u8>)>, columns: Option<String>) -> PyResult<Self> {
+    fn of(
+        py: Python<'_>,
+        parts: Vec<(String, Vec<u8>)>,
+        columns: Option<String>,
+    ) -> PyResult<Self> {
         let mapping = match columns.as_deref() {
             Some(columns) => columns.parse::<ColumnMapping>(),
             None => Ok(ColumnMapping::default()),
@@ -40,7 +44,7 @@ impl Samples {
         let mapping = mapping.map_err(|cause| value_error("columns", cause))?;
         let mut texts = Vec::new();
         for (name, bytes) in &parts {
-            let text = InputText::from_bytes(name, bytes);
+            let text = with_cores(py, || InputText::from_bytes(name, bytes))?;
             let text = text.map_err(|error| input_error(&error, false))?;
             texts.push(text.with_columns(mapping.clone()));
         }
@@ -224,16 +228,17 @@ pub(crate) fn read_samples(
     columns: Option<String>,
 ) -> PyResult<Samples> {
     let parts = std::iter::once(path).chain(positions).map(bytes_of);
-    Samples::of(parts.collect::<PyResult<_>>()?, columns)
+    Samples::of(path.py(), parts.collect::<PyResult<_>>()?, columns)
 }
 
 /// Of names and bytes.
 #[pyfunction]
 pub(crate) fn samples_of_bytes(
+    py: Python<'_>,
     parts: Vec<(String, Vec<u8>)>,
     columns: Option<String>,
 ) -> PyResult<Samples> {
-    Samples::of(parts, columns)
+    Samples::of(py, parts, columns)
 }
 
 /// Of arrays or a frame by the names of the columns, which no text holds, and the shapes (n, 3, 3) of the covariances, NaN

@@ -247,7 +247,7 @@ pub(crate) fn import_<'py>(
     let samples = match found.samples_text() {
         Some(text) => {
             let name = format!("{}, readings", found.robot.name);
-            Some(samples_of_bytes(vec![(name, text.into_bytes())], None)?)
+            Some(samples_of_bytes(py, vec![(name, text.into_bytes())], None)?)
         }
         None => None,
     };

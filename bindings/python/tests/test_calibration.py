@@ -437,13 +437,15 @@ def test_warnings_are_pythons(robot, measured):
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 @pytest.mark.parametrize("call", ["dc.plan(robot, 500)", "dc.simulate(robot, n=10**7)", "dc.simulate(robot, n=10**6, planned=True)",
                                   "dc.workspace(robot, tolerance=1e-9, spacing=2.0)", "[robot.forward(q) for _ in range(1000)]",
-                                  "dc.calibrate(robot, q[:200000], robot.forward(q[:200000]))"])
-def test_an_interrupt_ends_every_call(call):
+                                  "dc.calibrate(robot, q[:200000], robot.forward(q[:200000]))", "[dc.read_samples(path) for _ in range(1000)]"])
+def test_an_interrupt_ends_every_call(call, tmp_path):
+    path = tmp_path / "many.csv"
+    path.write_text("q1_rad,q2_rad,q3_rad,x_mm,y_mm,z_mm\n" + "0.1,0.2,0.3,26.2,14.9,-412.4\n" * 10**6)
     code = f"""
 import time, numpy as np, delta_cal as dc
 robot = dc.Robot.nominal(base_radius=194, platform_radius=30, upper_arm=260, forearm=480, limits=(-1.05, 1.57),
                          tolerance=(0.5, 3.5e-3), noise=(0.02, 3.5e-5))
-q = np.random.default_rng(1).uniform(-0.9, 1.4, (10**6, 3))
+q, path = np.random.default_rng(1).uniform(-0.9, 1.4, (10**6, 3)), {str(path)!r}
 print("ready", flush=True)
 try:
     {call}

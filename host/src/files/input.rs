@@ -1,6 +1,7 @@
 //! Input files: their text in any encoding, their name for messages, and faults with place and remedy.
 
 use super::columns::ColumnMapping;
+use crate::halt;
 use sha2::{Digest, Sha256};
 use std::borrow::Cow;
 use std::error::Error;
@@ -18,6 +19,9 @@ const LARGEST_TABLE: u64 = 4 << 30;
 const LONGEST: usize = 2000;
 /// Binary data is recognised within this many bytes.
 const START: u64 = 1 << 16;
+
+/// Bytes that are read before a look whether to stop: some milliseconds.
+const AT_ONCE: usize = 1 << 20;
 
 /// The cells of a column that is in memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,11 +132,16 @@ impl InputText {
     }
 
     fn of(name: String, text: &str, bytes: &[u8]) -> Self {
+        let mut digest = Sha256::new();
+        for part in bytes.chunks(AT_ONCE) {
+            halt::check();
+            digest.update(part);
+        }
         Self {
             name,
             text: text.replace("\r\n", "\n").replace('\r', "\n"),
             cells: None,
-            sha256: hexadecimal(&Sha256::digest(bytes)),
+            sha256: hexadecimal(&digest.finalize()),
             columns: ColumnMapping::default(),
             lines: None,
             beside: None,
@@ -276,6 +285,7 @@ impl NotText {
 /// Bytes that are neither UTF-8 nor UTF-16 are read as Windows-1252: numbers and units are the same in all single-byte
 /// encodings.
 fn decode(bytes: &[u8]) -> Result<String, NotText> {
+    halt::check();
     let text = match bytes {
         [0xff, 0xfe, wide @ ..] => from_utf16(wide, u16::from_le_bytes)?,
         [0xfe, 0xff, wide @ ..] => from_utf16(wide, u16::from_be_bytes)?,
@@ -289,6 +299,7 @@ fn decode(bytes: &[u8]) -> Result<String, NotText> {
             }
         }
     };
+    halt::check();
     if text.contains(is_control) {
         return Err(NotText::Control);
     }

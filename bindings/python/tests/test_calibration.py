@@ -440,7 +440,8 @@ def test_warnings_are_pythons(robot, measured):
                                   "dc.calibrate(robot, q[:200000], robot.forward(q[:200000]))", "[dc.read_samples(path) for _ in range(1000)]"])
 def test_an_interrupt_ends_every_call(call, tmp_path):
     path = tmp_path / "many.csv"
-    path.write_text("q1_rad,q2_rad,q3_rad,x_mm,y_mm,z_mm\n" + "0.1,0.2,0.3,26.2,14.9,-412.4\n" * 10**6)
+    if "path" in call:
+        path.write_text("q1_rad,q2_rad,q3_rad,x_mm,y_mm,z_mm\n" + "0.1,0.2,0.3,26.2,14.9,-412.4\n" * 10**6)
     code = f"""
 import time, numpy as np, delta_cal as dc
 robot = dc.Robot.nominal(base_radius=194, platform_radius=30, upper_arm=260, forearm=480, limits=(-1.05, 1.57),

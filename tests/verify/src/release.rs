@@ -161,7 +161,7 @@ pub(crate) const PYTHON: Stage = Stage {
         "cargo clippy --quiet --package delta-cal-python --all-targets -- --deny warnings",
         "cargo test --quiet --no-run --package delta-cal-host --test it",
         r#"
-test -s "$release/THIRD-PARTY.txt" || papers
+test "$release/THIRD-PARTY.txt" -nt Cargo.lock || papers
 cp LICENSE-* "$release/THIRD-PARTY.txt" bindings/python
 python3 -m venv --clear target/python
 python=$(ls "$PWD"/target/python/*/python)

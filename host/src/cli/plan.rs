@@ -141,6 +141,14 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
         )
     };
     Datum::of(&robot, request.frame)?;
+    let known = &robot.instruments;
+    let places = known.datum.len() + known.planes.len() + known.points.len();
+    if request.absolute && request.frame == Frame::Sensor && places == 0 {
+        return Err(Failure::usage(
+            "--absolute needs to know where the robot stands, which --frame sensor does not show",
+            "state [datum.NAME] points in the robot file, or leave out --absolute",
+        ));
+    }
     if let Some(path) = &arguments.samples {
         return samples(arguments, &request, path);
     }

@@ -119,13 +119,6 @@ fn places(plan: &Plan) -> Vec<String> {
             None => "unknown (--frame sensor)",
         };
         sentences.push(format!("The frame of the coordinates is {known}."));
-        if plan.absolute && setup.datum.is_none() {
-            sentences.push(
-                "They then do not show where the base stands, which limits the absolute error: measure three \
-                 [datum.NAME] points too."
-                    .to_owned(),
-            );
-        }
     }
     sentences
 }

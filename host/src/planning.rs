@@ -79,7 +79,7 @@ pub enum PlanError {
     },
     /// No number of measurements up to [`MOST`] is expected to reach the required accuracy.
     #[error(
-        "{} mm is out of reach: even {MOST} measurements leave {} mm",
+        "{} mm is out of reach: even {MOST} measurements leave {} mm or more",
         small(*wanted),
         small(*reached)
     )]

@@ -29,8 +29,8 @@ const OPERATORS: [&[&str]; 6] = [
     &["+", "-"],
     &["*", "/"],
 ];
-/// Constants that name one another, at most.
-const DEEPEST: usize = 16;
+/// Parentheses and signs within one another, at most.
+const DEEPEST: usize = 64;
 
 /// Command, letter, and the numbers with colons between them; `None` if they cannot be read.
 pub(super) type Word = (&'static str, char, Option<String>);
@@ -38,7 +38,8 @@ pub(super) type Word = (&'static str, char, Option<String>);
 /// What has been read of the file.
 #[derive(Debug, Default)]
 pub(super) struct Header {
-    defined: BTreeMap<String, String>,
+    /// Constants, with their values: NaN if it is no number, `None` if there is none.
+    defined: BTreeMap<String, Option<f64>>,
     /// For each `#if` that is open: whether its lines are kept, and whether a branch of it was.
     branches: Vec<(bool, bool)>,
     in_comment: bool,
@@ -111,12 +112,12 @@ impl Header {
 
     fn define(&mut self, rest: &str) -> Option<(&'static str, Vec<Word>)> {
         let (name, value) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-        self.defined
-            .insert(name.to_owned(), value.trim().to_owned());
+        let number = (!value.trim().is_empty()).then(|| self.value(value).unwrap_or(f64::NAN));
+        self.defined.insert(name.to_owned(), number);
         let (name, command, letters) = CONSTANTS.into_iter().find(|(own, ..)| *own == name)?;
         let listed = value.trim_matches([' ', '\t', '{', '}']).split(',');
         let finite = |own: &f64| own.is_finite();
-        let numbers = listed.map(|own| Some(self.value(own, 0).filter(finite)?.to_string()));
+        let numbers = listed.map(|own| Some(self.value(own).filter(finite)?.to_string()));
         let numbers: Vec<_> = numbers.collect();
         let words = letters.chars().enumerate().map(|(index, letter)| {
             let own = match letters.len() {
@@ -133,14 +134,14 @@ impl Header {
     }
 
     /// The value of an expression; `None` if it is none. An unknown name is NaN, which is not true.
-    fn value(&self, text: &str, depth: usize) -> Option<f64> {
+    fn value(&self, text: &str) -> Option<f64> {
         let mut rest = text;
-        let value = self.binary(&mut rest, 0, depth)?;
+        let value = self.binary(&mut rest, 0, 0)?;
         rest.trim().is_empty().then_some(value)
     }
 
     fn holds(&self, text: &str) -> bool {
-        self.value(text, 0).is_some_and(is_true)
+        self.value(text).is_some_and(is_true)
     }
 
     #[expect(clippy::float_cmp, reason = "as the preprocessor compares")]
@@ -178,7 +179,7 @@ impl Header {
         let first = own.chars().next().filter(|_| depth < DEEPEST)?;
         if let '!' | '-' | '+' = first {
             *rest = &own[1..];
-            let value = self.unary(rest, depth)?;
+            let value = self.unary(rest, depth + 1)?;
             return Some(match first {
                 '!' => truth(!is_true(value)),
                 '-' => -value,
@@ -187,7 +188,7 @@ impl Header {
         }
         if first == '(' {
             *rest = &own[1..];
-            let value = self.binary(rest, 0, depth)?;
+            let value = self.binary(rest, 0, depth + 1)?;
             *rest = rest.trim_start().strip_prefix(')')?;
             return Some(value);
         }
@@ -199,25 +200,27 @@ impl Header {
             return number.parse().ok();
         }
         let Some(call) = after.trim_start().strip_prefix('(') else {
-            let value = self.defined.get(word).map(String::as_str);
-            return match (word, value) {
-                ("true", _) => Some(1.0),
-                ("false", _) => Some(0.0),
-                (_, None | Some("")) => Some(f64::NAN),
-                (_, Some(value)) => self.value(value, depth + 1),
-            };
+            return Some(match word {
+                "true" => 1.0,
+                "false" => 0.0,
+                _ => self
+                    .defined
+                    .get(word)
+                    .copied()
+                    .flatten()
+                    .unwrap_or(f64::NAN),
+            });
         };
         let (names, after) = call.split_once(')')?;
         *rest = after;
         let mut on = names.split(',').map(|name| {
-            let value = self.defined.get(name.trim())?;
-            let is_on = || self.value(value, depth + 1).is_some_and(is_true);
-            (value.is_empty() || word == "defined" || is_on()).then_some(())
+            let own = self.defined.get(name.trim());
+            own.is_some_and(|value| word == "defined" || value.is_none_or(is_true))
         });
         let holds = match word {
-            "defined" | "ENABLED" | "ALL" | "BOTH" => on.all(|own| own.is_some()),
-            "ANY" | "EITHER" => on.any(|own| own.is_some()),
-            "DISABLED" | "NONE" => on.all(|own| own.is_none()),
+            "defined" | "ENABLED" | "ALL" | "BOTH" => on.all(|own| own),
+            "ANY" | "EITHER" => on.any(|own| own),
+            "DISABLED" | "NONE" => !on.any(|own| own),
             _ => return None,
         };
         Some(truth(holds))

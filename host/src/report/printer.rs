@@ -411,9 +411,8 @@ fn paste(printer: &Printer) -> String {
     }
     if let Some(agree) = printer.agree_mm {
         return format!(
-            "Nothing to change: the {} touches agree with the configuration to {} mm rms. Touch ten or more places to \
-             improve it.",
-            printer.heights,
+            "Nothing to change: {} agree with the configuration to {} mm rms. Touch ten or more places to improve it.",
+            count(printer.heights, "height"),
             significant(agree, 1)
         );
     }

@@ -197,6 +197,25 @@ fn one_bad_touch_of_seven_is_named() {
     assert!(10 * named >= 9 * tried, "{named} of {tried}");
 }
 
+/// Six touches show as many errors as a calibration has unknowns: those of a calibrated printer say that it is one, and those
+/// of one whose end stop moved write lines.
+#[test]
+fn six_touches_of_a_calibrated_printer_write_no_lines() {
+    for index in 0..4 {
+        let mut own = made(&set("A2"), 973, index);
+        own.rows.truncate(6);
+        let agreeing = folder(&own.configuration()).run("calibrate printer.cfg");
+        assert!(
+            agreeing.stdout.contains("to change: 6 heights agree"),
+            "{}",
+            agreeing.stdout
+        );
+        own.klipper.endstops[0] += 0.5;
+        let moved = folder(&own.configuration()).run("calibrate printer.cfg");
+        assert!(moved.stdout.contains("Paste the lines"), "{}", moved.stdout);
+    }
+}
+
 /// Calibrate, paste, touch, ten times: rods that nobody measured stay within what they were configured as, and the bed gets
 /// no worse.
 #[test]

@@ -46,6 +46,14 @@ pub enum PlanError {
     /// The instruments have more unknowns than a calibration has room for.
     #[error("frame, planes and points have too many unknowns together")]
     TooManyInstruments,
+    /// The sensor's frame, and no coordinates in it.
+    #[error("the sensor's frame is for coordinates, and none are measured")]
+    NoCoordinates,
+    /// The absolute error from coordinates in the sensor's frame, and nothing with a known place.
+    #[error(
+        "the absolute error depends on where the robot stands, which the sensor's frame does not show"
+    )]
+    NoPlace,
     /// No pose within the limits is clear of singularities.
     #[error("no usable pose: no pose within the limits is reachable and clear of singularities")]
     NoPose,
@@ -107,6 +115,10 @@ impl PlanError {
                  and clear of singularities"
             }
             Self::TooManyInstruments => "plan with fewer points",
+            Self::NoCoordinates => "plan in the robot's frame, or measure coordinates too",
+            Self::NoPlace => {
+                "state [datum.NAME] points in the robot file, or plan for the relative error"
+            }
             Self::NoPose => {
                 "check [joints] in the robot file: min_deg, max_deg, forearm_max_deg; a positive \
                  angle swings the arm towards the platform"

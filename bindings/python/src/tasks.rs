@@ -18,7 +18,7 @@ use delta_cal_host::planning::{
 use delta_cal_host::report::{plan as plan_report, validation, workspace as workspace_report};
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
-use delta_cal_host::{Frame, InputText, Options, Planned};
+use delta_cal_host::{InputText, Options, Planned};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -60,10 +60,6 @@ pub(crate) fn plan<'py>(
         steps: Some(&steps),
         ..PlanRequest::new(&robot.file, wishes, count)
     };
-    if request.frame == Frame::Sensor && !request.kinds.positions() {
-        let cause = "\"sensor\" is for coordinates, and measure asks for none";
-        return Err(value_error("frame", cause));
-    }
     let plan = || match accuracy {
         Some(accuracy) => plan_for(&request, accuracy),
         None => planning::plan(&request),
@@ -93,7 +89,14 @@ fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
             let finding = ("plan", in_python(error), in_python(error.remedy()));
             refusal(py, vec![finding])
         }
-        _ => value_error("measure", in_python(format!("{error}\n{}", error.remedy()))),
+        _ => {
+            let argument = match error {
+                PlanError::NoCoordinates => "frame",
+                PlanError::NoPlace => "absolute",
+                _ => "measure",
+            };
+            value_error(argument, in_python(format!("{error}\n{}", error.remedy())))
+        }
     }
 }
 

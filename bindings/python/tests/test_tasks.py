@@ -48,6 +48,7 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
         ({"within": "r=200"}, "within: "),
         ({"order": "any"}, "order: "),
         ({"frame": "sensor", "measure": "plane"}, "frame: "),
+        ({"frame": "sensor", "absolute": True}, r"absolute: .*\n.*state \[datum"),
         ({"within": "r=10,z=100..200"}, "usable poses within"),
     ],
 )

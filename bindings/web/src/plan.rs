@@ -11,7 +11,7 @@ use delta_cal_host::planning::{
 };
 use delta_cal_host::printer::touches_of_bed;
 use delta_cal_host::report::{json, plan as report};
-use delta_cal_host::{Frame, RobotFile, read_joints};
+use delta_cal_host::{RobotFile, read_joints};
 use serde::{Deserialize, Serialize};
 use tsify::Tsify;
 
@@ -100,19 +100,12 @@ fn poses(
     of: &inputs::Request,
     request: &Request,
 ) -> Result<Poses, Fault> {
-    let frame = of.frame();
     let kinds: Wishes = request.measure.parse().map_err(Fault::of_request)?;
     let within = request.within.as_deref();
     let within = within.map(str::parse::<Region>).transpose();
     let within = within.map_err(Fault::of_request)?;
-    if frame == Frame::Sensor && !kinds.positions() {
-        return Err(Fault::new(
-            "the sensor frame is for coordinates, and none are measured",
-            "choose the robot's frame, or measure coordinates too",
-        ));
-    }
     let wanted = PlanRequest {
-        frame,
+        frame: of.frame(),
         region: within,
         absolute: request.absolute,
         order: if request.shortest {

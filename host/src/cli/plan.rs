@@ -141,14 +141,6 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
         )
     };
     Datum::of(&robot, request.frame)?;
-    let known = &robot.instruments;
-    let places = known.datum.len() + known.planes.len() + known.points.len();
-    if request.absolute && request.frame == Frame::Sensor && places == 0 {
-        return Err(Failure::usage(
-            "--absolute needs to know where the robot stands, which --frame sensor does not show",
-            "state [datum.NAME] points in the robot file, or leave out --absolute",
-        ));
-    }
     if let Some(path) = &arguments.samples {
         return samples(arguments, &request, path);
     }
@@ -168,12 +160,6 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
         }
         let json_text = crate::report::json(&rows);
         return output::deliver(&[(output, &csv), (json, &json_text)], text);
-    }
-    if request.frame == Frame::Sensor && !request.kinds.positions() {
-        return Err(Failure::usage(
-            "--frame sensor is for coordinates, and --measure asks for none",
-            "leave out --frame, or measure xyz or xy too",
-        ));
     }
     let waiting = Progress::spinner("planning");
     let planned = match arguments.limit {

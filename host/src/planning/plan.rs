@@ -10,6 +10,7 @@ use crate::accuracy::information::parameters;
 use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses};
 use crate::calibration::report::{ExpectedReport, expected_report};
 use crate::files::samples_file::ReadingFrom;
+use crate::fit::Frame;
 use crate::fit::solution::RobotCovariance;
 use crate::geometry::below;
 use crate::halt::Steps;
@@ -148,6 +149,10 @@ struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     fn new(request: &'a PlanRequest<'_>) -> Result<Self, PlanError> {
+        request.place()?;
+        if request.frame == Frame::Sensor && !request.kinds.positions() {
+            return Err(PlanError::NoCoordinates);
+        }
         let mut rng = Pcg32::seed_from_u64(request.seed);
         let selection = Selection::new(request.robot, request.region);
         let within = match request.region {

@@ -1,5 +1,6 @@
 //! What a plan may contain, and in which order it is measured.
 
+use super::PlanError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind as ReadingKind;
 use crate::fit::Frame;
@@ -52,6 +53,16 @@ impl<'a> PlanRequest<'a> {
             seed: 1,
             steps: None,
         }
+    }
+
+    /// Whether something has a known place, if that is needed.
+    pub(super) fn place(&self) -> Result<(), PlanError> {
+        let known = &self.robot.instruments;
+        let places = known.datum.len() + known.planes.len() + known.points.len();
+        if self.absolute && self.frame == Frame::Sensor && places == 0 {
+            return Err(PlanError::NoPlace);
+        }
+        Ok(())
     }
 }
 

@@ -90,6 +90,7 @@ impl Determined {
         file: &Readings,
         unmeasured: &[u64],
     ) -> Result<Self, PlanError> {
+        request.place()?;
         let weighted = file.noise_into(request.robot);
         // An invalid datum was refused earlier.
         let known = Datum::known_frame(request.robot, request.frame).unwrap_or_default();

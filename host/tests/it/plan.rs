@@ -220,7 +220,7 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
         robot.toml --count 12 --measure plane=0 ⇒ 2 ⇒ whole number above 0
         robot.toml --count 8 --measure plane=3,distance=2 ⇒ 2 ⇒ only 5 measurements
         robot.toml --count 12 --measure plane --frame sensor ⇒ 2 ⇒ for coordinates
-        robot.toml --count 12 --absolute --frame sensor ⇒ 2 ⇒ state [datum.NAME] | leave out --absolute
+        robot.toml --count 12 --absolute --frame sensor ⇒ 2 ⇒ state [datum.NAME] | plan for the relative error
         robot.toml --limit 0.05mm --absolute --frame sensor ⇒ 2 ⇒ state [datum.NAME]
         deep.toml --count 12 --measure plane ⇒ 2 ⇒ no reachable pose
         blocks.toml --count 12 ⇒ 3 ⇒ a gauge block is 0 mm

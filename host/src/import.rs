@@ -147,7 +147,7 @@ impl Firmware {
         } else {
             (
                 "the file is not a configuration of Klipper, RepRapFirmware, Marlin, FluidNC or grblHAL",
-                "give printer.cfg, config.g, the output of M503 or of $$, Configuration.h, FluidNC's file, or a robot file",
+                "give first printer.cfg, config.g, the output of M503 or of $$, Configuration.h, FluidNC's file, or a robot file",
             )
         };
         Err(InputError::new(input.name(), cause).with_remedy(remedy))

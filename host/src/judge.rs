@@ -104,6 +104,7 @@ impl Objection {
                     | Refusal::FarFromNominal { .. }
                     | Refusal::NotConverged { .. }
                     | Refusal::Undetermined { .. }
+                    | Refusal::UndeterminedInstrument(_)
                     | Refusal::ImpossibleGeometry { .. }
                     | Refusal::ImpossibleRobot(_)
                     | Refusal::WrongSide

@@ -228,7 +228,7 @@ impl Readings {
             return Self::read_pair(joints, input, robot);
         }
         let table = Table::parse(input, &robot.convention, false)?;
-        table.require(&Quantity::joints(robot.limits.drive()))?;
+        table.require_joints(Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
         let mut file = Self::of_name(input.name());
         let names = robot.instruments.datum_measured.iter();

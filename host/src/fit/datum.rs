@@ -74,7 +74,10 @@ impl Datum {
                 Err(fault(format!(
                     "the datum points do not fit the sensor's measurements ({rms:.3} mm rms){}",
                     datum.explanation()
-                )))
+                ))
+                .with_remedy(
+                    "check x_mm, y_mm and z_mm of the points and their measurements; the sensor must not move",
+                ))
             }
             _ => Ok(Some(datum)),
         }

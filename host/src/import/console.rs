@@ -82,15 +82,23 @@ pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>
     }
     if touches.is_empty() {
         let lines = format!("\n{content}");
-        if WITHOUT_PLACES.iter().any(|own| lines.contains(own)) {
-            let cause = "these are heights without places";
-            return Err(InputError::new(text.name(), cause).with_remedy(
+        let hold = |own: &[&str]| own.iter().any(|own| lines.contains(own));
+        let (cause, remedy) = if hold(&WITHOUT_PLACES) {
+            (
+                "these are heights without places",
                 "put bed.g with its G30 P commands above them (G32), give Configuration.h as the configuration (M420 V), \
                  write a table x_mm,y_mm,height_mm with the places, or touch the bed by the commands of delta-cal plan \
                  and give that answer",
-            ));
-        }
-        return Ok(None);
+            )
+        } else if hold(&["\nprobe\n", "\ng30 "]) {
+            (
+                "these are commands that touch the bed, without the answers",
+                "run them, save the console output, and give that",
+            )
+        } else {
+            return Ok(None);
+        };
+        return Err(InputError::new(text.name(), cause).with_remedy(remedy));
     }
     with_touches(imported.clone(), text.name(), touches).map(Some)
 }

@@ -41,7 +41,8 @@ const SAMPLES: &str = r#"
     4 ⇒ # "\n\n1,"2,3,4,5,6\n1,2,3,4,5,"6" ⇒ samples.csv:6: this line opens a quote " and does not close it
     1 ⇒ 1,2,3,4,5,6 ⇒ samples.csv:1: | the first line must name the columns
     all ⇒ # c\nq1_deg,q3_deg,x_mm,y_mm,z_mm\n1,2,3,4,5\n ⇒ samples.csv:2: column q2_deg (or q2_rad): the column is missing
-    all ⇒ q1_deg,q2_deg,q3_deg\n1,2,3\n ⇒ samples.csv:1: column x_mm (or x_m): the column is missing | another table
+    all ⇒ q1_deg,q2_deg,q3_deg\n1,2,3\n ⇒ samples.csv:1: column x_mm (or x_m): the column is missing | another table has the readings
+    all ⇒ x_mm,y_mm,z_mm\n1,2,3\n ⇒ samples.csv:1: column q1_deg (or q1_rad): the column is missing | another table has the joints
     3 ⇒ 1,2,3,4,5.6.7,8 ⇒ samples.csv:3: column y_mm: "5.6.7" is not a number
     3 ⇒ 1,,3,4,5,6 ⇒ samples.csv:3: column q2_deg: the field is empty
     5 ⇒ 1,2,3,NaN,5,6 ⇒ samples.csv:5: column x_mm: "NaN" is not a finite number

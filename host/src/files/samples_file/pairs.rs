@@ -290,7 +290,7 @@ impl Key {
         } else {
             self.other_spelling()
         };
-        let usual = "add the joints of these poses, or delete the rows";
+        let usual = "add the joints of these poses, or delete the rows; a datum point is named by point in [datum.NAME]";
         (cause, remedy.unwrap_or_else(|| usual.to_owned()))
     }
 

@@ -333,13 +333,17 @@ impl<'a> Table<'a> {
     pub(super) fn require_readings(&self) -> Result<(), InputError> {
         if !self.has_any(&Quantity::READINGS) {
             let readings = self.require(&Quantity::COORDINATES);
-            readings.map_err(|fault| {
-                fault.with_remedy(format!(
-                    "if another table has the readings, give it as well, after this one; {KNOWN}"
-                ))
-            })?;
+            readings.map_err(|fault| elsewhere(fault, "readings"))?;
         }
         self.require_units()
+    }
+
+    /// Requires the joints; all of them may be in another table.
+    pub(super) fn require_joints(&self, joints: [Quantity; 3]) -> Result<(), InputError> {
+        match self.require(&joints) {
+            Err(fault) if !self.has_any(&joints) => Err(elsewhere(fault, "joints")),
+            found => found,
+        }
     }
 
     /// Requires a unit for every length.
@@ -789,6 +793,12 @@ impl TableRow<'_> {
     pub(super) fn fault_of_row(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.table.input.name(), cause).at_line(self.line)
     }
+}
+
+fn elsewhere(fault: InputError, what: &str) -> InputError {
+    fault.with_remedy(format!(
+        "if another table has the {what}, give it as well; {KNOWN}"
+    ))
 }
 
 /// No arm's angle is more turns.

@@ -193,8 +193,8 @@ pub(super) fn expected(report: &Report) -> Section {
     let over = match &report.before.within {
         Some(_) => "Over the region of [workspace].".to_owned(),
         None => format!(
-            "Over all that the robot reaches; relative, the outermost tenth has {} mm, the rest {} mm. State where it works \
-             in [workspace].",
+            "Over all that the robot reaches: relative {} mm in the outermost tenth, {} mm in the rest. State the region of \
+             use in [workspace].",
             significant(own.relative_outermost_mm, 2),
             significant(own.relative_others_mm, 2)
         ),

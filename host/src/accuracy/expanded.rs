@@ -175,6 +175,7 @@ pub(crate) fn of_vectors(vectors: &[Vector3<f64>]) -> [[f64; 3]; 4] {
 #[cfg(test)]
 mod tests {
     use super::length;
+    use delta_cal_verify::check_figures;
     use nalgebra::{Matrix3, Vector3};
 
     /// Quantiles of the lengths: √7.8147 in space, √5.9915 in a plane and 1.95996 on a line (tables of χ² with 3, 2 and 1
@@ -193,5 +194,7 @@ mod tests {
             // Two equal eigenvalues and few levels of the noise are approximations.
             assert!((found / expected - 1.0).abs() < 0.01, "{axes:?}: {found}");
         }
+        let page = [("k/space", 2.795_5 / 3_f64.sqrt()), ("k/line", 1.960_0)];
+        check_figures("docs/accuracy.md", &page.map(|(name, k)| (name, k, 0.005)));
     }
 }

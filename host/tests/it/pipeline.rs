@@ -5,7 +5,8 @@ use crate::support::simulated::{Instrument, Promise, SIGMAS, measured, rotary, t
 use delta_cal::simulate::standard_normal;
 use delta_cal::{Noise, Parameter, Robot, Tolerance};
 use delta_cal_host::{Frame, Method, Options, Report, RobotFile, calibrate};
-use delta_cal_tests::size;
+use delta_cal_tests::{is_long, size};
+use delta_cal_verify::check_range;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use std::f64::consts::TAU;
@@ -77,6 +78,7 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
         (Instrument::Wires, None, true, 60),
     ];
     let mut broken = Vec::new();
+    let (mut of_parameters, mut of_positions) = (Vec::new(), Vec::new());
     for (instrument, method, noise, rows) in rows {
         let (promise, z) = promised(instrument, method, noise, rows);
         let (pooled, covered) = (promise.pooled(), promise.covered());
@@ -87,6 +89,8 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
             promise.worse
         );
         println!("{figures}");
+        of_parameters.push(z);
+        of_positions.extend(pooled);
         let most = size(0.25, 0.1);
         let holds = promise.accepted() >= size(44, 440)
             && (0.9..1.1).contains(&z)
@@ -101,6 +105,11 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
         }
     }
     assert!(broken.is_empty(), "{broken:#?}");
+    if is_long() {
+        for (name, ratios) in [("parameters", of_parameters), ("positions", of_positions)] {
+            check_range("docs/accuracy.md", name, &ratios, 0.03);
+        }
+    }
 }
 
 #[test]

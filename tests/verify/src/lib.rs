@@ -178,8 +178,100 @@ fn reader(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<S
     })
 }
 
+/// Compares figures on a page, each with its name behind it, `137,060<!--f32/solve-20-mean-->`, with what a test measured:
+/// for a name and the decimals shown, the figure and by how much it may be off; nothing for the name of another test. Returns
+/// how many there were. With `DELTA_CAL_FIGURES=write` it writes them instead.
+///
+/// # Panics
+/// If one is off, or no number.
+#[allow(clippy::expect_used)] // fails the test
+pub fn check_page(page: &str, measured: impl Fn(&str, usize) -> Option<(f64, f64)>) -> usize {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(page);
+    let text = std::fs::read_to_string(&path).expect(page);
+    let (mut count, mut written, mut wrong) = (0, String::new(), Vec::new());
+    let mut rest = text.as_str();
+    while let Some((before, (name, after))) = rest
+        .split_once("<!--")
+        .and_then(|(before, after)| Some((before, after.split_once("-->")?)))
+    {
+        let figure = |own: char| own.is_ascii_digit() || ",.".contains(own);
+        let (text, shown) = before.split_at(before.trim_end_matches(figure).len());
+        let decimals = shown.split_once('.').map_or(0, |(_, own)| own.len());
+        written += text;
+        if let Some((measured, off)) = measured(name, decimals) {
+            count += 1;
+            let stated: f64 = shown.replace(',', "").parse().expect(name);
+            if (stated - measured).abs() > off {
+                wrong.push(format!("{page}: {name} is {measured}, not {shown}"));
+            }
+            written += &grouped(measured, decimals);
+        } else {
+            written += shown;
+        }
+        written.extend(["<!--", name, "-->"]);
+        rest = after;
+    }
+    if std::env::var("DELTA_CAL_FIGURES").is_ok_and(|value| value == "write") {
+        std::fs::write(&path, written + rest).expect(page);
+    } else {
+        assert!(wrong.is_empty(), "{wrong:#?}");
+    }
+    count
+}
+
+/// The same of all of some figures: name, figure, and by how much it may be off.
+///
+/// # Panics
+/// If one is off or missing.
+pub fn check_figures(page: &str, figures: &[(&str, f64, f64)]) {
+    let found = check_page(page, |name, _| {
+        let own = figures.iter().find(|own| own.0 == name)?;
+        Some((own.1, own.2))
+    });
+    assert!(found >= figures.len(), "{page}: {found} of {figures:?}");
+}
+
+/// The same of the least and the most of some figures, each of which may be off by so much.
+///
+/// # Panics
+/// If one is off or missing.
+pub fn check_range(page: &str, name: &str, figures: &[f64], off: f64) {
+    let [least, most] = [f64::min, f64::max].map(|of| figures.iter().copied().fold(figures[0], of));
+    let [first, last] = ["least", "most"].map(|end| format!("{name}/{end}"));
+    check_figures(page, &[(&first, least, off), (&last, most, off)]);
+}
+
+/// With commas between thousands.
+fn grouped(number: f64, decimals: usize) -> String {
+    let shown = format!("{number:.decimals$}");
+    let whole = shown.find('.').unwrap_or(shown.len());
+    let comma = |(place, digit): (usize, char)| {
+        let is_due = place > 0 && place < whole && (whole - place).is_multiple_of(3);
+        is_due.then_some(',').into_iter().chain([digit])
+    };
+    shown.chars().enumerate().flat_map(comma).collect()
+}
+
 /// The last 2,000 bytes of a text, approximately.
 pub fn tail(text: &str) -> &str {
     let start = text.len().saturating_sub(2000);
     text.get(start..).unwrap_or(text)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn thousands_are_grouped() {
+        for (number, decimals, text) in [
+            (7.0, 0, "7"),
+            (137_060.0, 0, "137,060"),
+            (2_289_723.0, 0, "2,289,723"),
+            (1340.14, 1, "1,340.1"),
+            (0.25, 2, "0.25"),
+        ] {
+            assert_eq!(super::grouped(number, decimals), text);
+        }
+    }
 }

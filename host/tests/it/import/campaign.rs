@@ -14,6 +14,7 @@ use delta_cal_host::import::{Firmware, Imported, Stated};
 use delta_cal_host::report::printer::PrinterReport;
 use delta_cal_host::{Frame, InputText, Options, calibrate};
 use delta_cal_tests::{generator, size};
+use delta_cal_verify::check_figures;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand_pcg::Pcg32;
 
@@ -601,4 +602,11 @@ fn left_out_heights_of_real_printers_are_predicted_better_than_klippers_own() {
     let [ours, theirs] = [ours, theirs].map(|squares| f64::sqrt(squares / count));
     eprintln!("left out: {ours:.3} mm, least squares {theirs:.3} mm");
     assert!(ours < 0.7 * theirs, "{ours} {theirs}");
+    for page in ["README.md", "docs/printers.md"] {
+        let figures = [
+            ("left-out", ours, 0.0051),
+            ("left-out/klipper", theirs, 0.0051),
+        ];
+        check_figures(page, &figures);
+    }
 }

@@ -1,7 +1,7 @@
 """Kinematics of 10⁶ poses beside the same formulas in NumPy by columns, processor time each, and a calibration of 40 samples
 beside the direct call in Rust. On a busy machine the shortest of many runs is nearest to what an idle one does.
 
-    python bindings/python/examples/speed.py
+    python bindings/python/examples/speed.py [--write]     # writes the table into docs/python.md
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ robot = dc.Robot.nominal(
 rng = np.random.default_rng(1)
 q = rng.uniform(-0.9, 1.4, (10**6, 3))
 parameters = robot.parameters
-print("| 10⁶ poses | ms | NumPy, ms | arithmetic, ms | memory, ms | times as fast | largest difference |" + "\n|" + 7 * " --- |")
+of_page: dict[str, list[str]] = {}
 for number in (np.float64, np.float32):
     angles: NDArray[Any] = q.astype(number)
     of: NDArray[Any] = parameters.astype(number)
@@ -82,8 +82,16 @@ for number in (np.float64, np.float32):
         memory = best(20, lambda: (rows.sum(), np.full_like(found, 1.0)))[1]
         difference = np.nanmax(np.abs(found - expected))
         times = [own, numpy, arithmetic, memory]
-        figures = " | ".join(f"{1e3 * one:.1f}" for one in times)
-        print(f"| {name}, {number.__name__} | {figures} | {numpy / own:.1f} | {difference:.0e} |")
+        of_page.setdefault(name, []).extend(f"{1e3 * one:.{0 if one >= 0.01 else 1}f}" for one in times)
+        print(f"{name}, {number.__name__}: {numpy / own:.1f} times as fast as NumPy, differs by {difference:.0e} at most")
+rows = [f"| `{name}` | {' | '.join(figures)} |" for name, figures in of_page.items()]
+table = "\n".join(["| | float64 | NumPy | arithmetic | memory | float32 | NumPy | arithmetic | memory |", "|" + 9 * " --- |", *rows])
+print(table)
+if "--write" in sys.argv:
+    page = Path(__file__).parents[3] / "docs" / "python.md"
+    before, old = page.read_text().split("<!-- speed.py -->")
+    after = old.split("<!-- end -->")[1]
+    page.write_text(f"{before}<!-- speed.py -->\n{time.strftime('%-d %B %Y')}:\n\n{table}\n<!-- end -->{after}")
 jacobian = best(3, lambda: robot.parameter_jacobian(q))
 print(f"parameter Jacobian, 10⁶ poses: {jacobian[0]:.2f} s ({jacobian[1]:.2f} s of processors)")
 

@@ -1,14 +1,15 @@
 // The journeys of the page in a real browser. What the page offers is compared with what the command writes.
 
 import assert from "node:assert/strict";
-import { cpSync, mkdtempSync, writeFileSync } from "node:fs";
+import { cpSync, mkdtempSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
+import { gzipSync } from "node:zlib";
 import axe from "axe-core";
 import { inPageWords } from "../page/words.js";
-import { FILE, ROOT, alike, command, downloaded, example, give, launch, open, run, same, serve, testCase, text } from "./page.mjs";
+import { DIST, FILE, ROOT, alike, command, downloaded, example, figures, give, launch, open, run, same, serve, testCase, text } from "./page.mjs";
 
 let server, browser;
 
@@ -237,6 +238,17 @@ journey("from four lengths to a plan", async (page) => {
   same(await downloaded(page, "Download poses.csv"), written.file("poses.csv"), "poses.csv");
   alike(await downloaded(page, "Download plan.json"), written.file("plan.json"), "plan.json");
   assert.equal(await page.locator(".checklist tbody tr").count(), 21);
+  await page.getByLabel("Absolute error, in the base's frame").check();
+  await page.locator("#plan").getByRole("button", { name: "Plan", exact: true }).click();
+  await page.locator("#plan").getByText("state [datum.NAME] points").waitFor();
+});
+
+test("docs/web.md says how large the page is", () => {
+  const files = readdirSync(DIST, { recursive: true, withFileTypes: true }).filter((own) => own.isFile());
+  const bytes = files.map((own) => readFileSync(join(own.parentPath, own.name)));
+  const sum = (sizes) => sizes.reduce((one, other) => one + other);
+  const sizes = { gzip: sum(bytes.map((own) => gzipSync(own, { level: 9 }).length)), dist: sum(bytes.map((own) => own.length)), file: text(FILE).length };
+  for (const [name, size] of Object.entries(sizes)) assert.ok(Math.abs((1000 * figures()[name]) / size - 1) < 0.01, `${name}: ${size}`);
 });
 
 journey("a second file of readings validates the result", async (page) => {

@@ -1,7 +1,7 @@
 // What the journeys share: the page served as anybody would serve it, a browser that may ask nobody else, and the command.
 
 import { execFileSync, spawn } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { basename, dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -28,6 +28,20 @@ export function testCase(path) {
 
 export function text(path) {
   return readFileSync(path, "utf8");
+}
+
+const ABOUT = join(ROOT, "docs/web.md");
+const FIGURE = /([\d.]+)<!--(\w+)-->/g;
+
+/** The figures of docs/web.md, each with its name behind it. */
+export function figures() {
+  return Object.fromEntries([...text(ABOUT).matchAll(FIGURE)].map(([, shown, name]) => [name, Number(shown)]));
+}
+
+/** Writes some of them. */
+export function write(measured) {
+  const shown = (all, old, name) => (name in measured ? `${measured[name]}<!--${name}-->` : all);
+  writeFileSync(ABOUT, text(ABOUT).replaceAll(FIGURE, shown));
 }
 
 /** The page on a free port, by the server that the README names. */

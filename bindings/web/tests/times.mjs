@@ -1,8 +1,8 @@
 // `node bindings/web/tests/times.mjs`: how long the first results take, each in a browser that has nothing of the page. Medians of
-// seven, and what else the machine did meanwhile.
+// seven, and what else the machine did meanwhile; with `--write` into docs/web.md.
 
 import { loadavg } from "node:os";
-import { example, launch, open, serve, text } from "./page.mjs";
+import { example, launch, open, serve, text, write } from "./page.mjs";
 
 const ROUNDS = 7;
 const [head, ...rows] = text(example("paper-robot/samples.csv")).split("\n").filter((line) => line && !line.startsWith("#"));
@@ -34,5 +34,11 @@ for (let round = 0; round < ROUNDS; round++) {
   await browser.close();
 }
 server.stop();
-for (const [name, all] of Object.entries(found)) console.log(`${name}: ${all.sort((one, other) => one - other)[ROUNDS >> 1].toFixed(0)} ms (${all[0].toFixed(0)} to ${all.at(-1).toFixed(0)})`);
+const middle = {};
+for (const [name, all] of Object.entries(found)) {
+  middle[name] = all.sort((one, other) => one - other)[ROUNDS >> 1];
+  console.log(`${name}: ${middle[name].toFixed(0)} ms (${all[0].toFixed(0)} to ${all.at(-1).toFixed(0)})`);
+}
 console.log(`load: ${loadavg()[0].toFixed(1)}`);
+const [first, again, thousand] = ["40 rows, cold", "40 rows, again", "1,000 rows"].map((name) => (middle[name] / 1000).toFixed(2));
+if (process.argv.includes("--write")) write({ first, again, thousand });

@@ -34,6 +34,15 @@ pub fn significant(value: f64, digits: u8) -> String {
     format!("{value:.decimals$}")
 }
 
+/// Mean, rms and largest of errors, the mean to the decimals of the rms.
+pub fn mean_rms_worst([mean, rms, worst]: [f64; 3]) -> [String; 3] {
+    let [rms, worst] = [rms, worst].map(|own| significant(own, 2));
+    let decimals = rms.split_once('.').map_or(0, |(_, own)| own.len());
+    let mean = format!("{mean:.decimals$}");
+    let is_zero = mean.parse() == Ok(0.0);
+    [if is_zero { "0".to_owned() } else { mean }, rms, worst]
+}
+
 /// A probability in everyday form: "80 %", "0.3 %", "less than 1 in 10,000".
 pub fn probability(value: f64) -> String {
     let percent = 100.0 * value;

@@ -74,6 +74,11 @@ fn they_calibrate_themselves_in_little_memory() {
             calibrated.1 * program.left < drawn.1,
             "{drawn:?} {calibrated:?}"
         );
+        let page = include_str!("../../docs/controller.md");
+        for (what, number) in shown {
+            let is_same = page.contains(&format!("{what} {number}\n"));
+            assert!(is_same || program.name != "touch" || what.starts_with("longest"));
+        }
         let (flash, memory) = sizes(&path);
         println!("{flash} bytes of flash, {memory} of memory with the stack");
         assert!(flash <= program.flash && memory <= program.memory);

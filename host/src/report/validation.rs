@@ -9,7 +9,7 @@ use crate::order::{MANY, shown};
 use crate::render::page::{self, figure};
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Part, Section, Table, terminal};
-use crate::text::{capitalised, confidence, count, significant};
+use crate::text::{capitalised, confidence, count, mean_rms_worst, significant};
 use crate::validation::{Bounded, Comparison, Deviation, RmsError, Validation, Verdict};
 use maud::{Markup, html};
 use serde::Serialize;
@@ -161,9 +161,7 @@ fn axes(found: &Validation) -> Table {
     let rows = ["x", "y", "z", "distance"].into_iter().zip(&found.axes_mm);
     Table::of(rows)
         .column("deviation as measured, mm", |(axis, _)| *axis)
-        .vector(["mean", "rms", "worst"], |(_, own)| {
-            own.map(|own| significant(own, 2))
-        })
+        .vector(["mean", "rms", "worst"], |(_, own)| mean_rms_worst(**own))
         .table()
 }
 
@@ -357,15 +355,14 @@ pub fn changes(found: &Comparison) -> String {
         ),
     ];
     for (index, (kind, frame, moved)) in kinds.into_iter().enumerate() {
-        let mm = |value: f64| significant(value, 2);
         let table = Table::of(["x", "y", "z", "distance"].into_iter().zip(moved))
             .column("change, mm", |(axis, _)| *axis)
-            .vector(["mean", "rms", "worst"], |(_, own)| own.map(mm));
+            .vector(["mean", "rms", "worst"], |(_, own)| mean_rms_worst(**own));
         let said = match (found.sigma_mm, found.changed) {
             (Some(sigma), Some(changed)) => format!(
                 "{} than 2 σ of it ({} mm, from the expected errors of both files).",
                 if changed[index] { "More" } else { "Not more" },
-                mm(2.0 * sigma[index])
+                significant(2.0 * sigma[index], 2)
             ),
             _ => {
                 "Its σ is unknown: only files that delta-cal calibrated state their expected error."

@@ -34,7 +34,11 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
     ]);
     let body = html! {
         h1 { (title) }
-        p { b { (report.robot_file) } " from " b { (report.samples_file) } ": " (text::how(report)) "." (stated(report)) }
+        p {
+            b { (report.robot_file) }
+            @if report.samples_file != report.robot_file { " from " b { (report.samples_file) } }
+            ": " (text::how(report)) "." (stated(report))
+        }
         @if let Some(origin) = report.origin { p.origin { (origin) } }
         @if let Some(document) = &report.document { (document.page()) }
         // Those of a printer are over its printed area.

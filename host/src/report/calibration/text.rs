@@ -8,7 +8,7 @@ use crate::fit::Frame;
 use crate::judge::credibility::NoiseVerdict;
 use crate::render::{Part, Section, Table, terminal};
 use crate::report::repeatability;
-use crate::text::{count, freedom, list, probability, significant, small};
+use crate::text::{count, freedom, list, mean_rms_worst, probability, significant, small};
 use nalgebra::Vector3;
 
 /// Explains what the expanded uncertainty covers.
@@ -302,14 +302,15 @@ pub(super) fn budget(report: &Report) -> Option<Section> {
 
 /// Position errors before and after, side by side.
 pub(super) fn found_and_left(report: &Report) -> Option<Section> {
-    let mm = |value: f64| significant(value, 2);
     let table = Table::of(&report.found_and_left)
         .column("over", |own| own.over)
         .column("error along", |own| own.of)
         .vector(["as found: mean", "rms", "worst"], |own| {
-            own.found_mm.map(mm)
+            mean_rms_worst(own.found_mm)
         })
-        .vector(["as left: mean", "rms", "worst"], |own| own.left_mm.map(mm));
+        .vector(["as left: mean", "rms", "worst"], |own| {
+            mean_rms_worst(own.left_mm)
+        });
     let frame = if report.solution.is_absolute() {
         "in the frame of the base"
     } else {

@@ -98,7 +98,7 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
                 .iter()
                 .all(|ratio| (1.0 - most..1.0 + most).contains(ratio))
             // Each has less than a 5 % chance of harm.
-            && promise.worse <= size(1, 3)
+            && promise.worse <= size(1, 0)
             && (covered - 0.95).abs() < size(0.04, 0.02);
         if !holds {
             broken.push(figures);

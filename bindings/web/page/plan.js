@@ -167,7 +167,8 @@ function view(at, space, across, up, caption, circle) {
   const [[left = 0, right = 0], [low = 0, high = 0]] = [range(across), range(up)];
   const scale = 380 / Math.max(right - left, high - low);
   const place = (/** @type {number[]} */ own) => [30 + (of(own, across) - left) * scale, 30 + (high - of(own, up)) * scale];
-  const drawing = shape("svg", { viewBox: `0 0 ${60 + (right - left) * scale} ${60 + (high - low) * scale}`, class: "picture view", role: "img", "aria-label": caption });
+  const width = 60 + (right - left) * scale;
+  const drawing = shape("svg", { viewBox: `0 0 ${width} ${60 + (high - low) * scale}`, class: "picture view", role: "img", "aria-label": caption });
   if (circle) {
     const [x, y] = place([0, 0, 0]);
     drawing.append(shape("circle", { cx: x, cy: y, r: circle * scale, class: "axis" }));
@@ -183,7 +184,7 @@ function view(at, space, across, up, caption, circle) {
   for (const [index, own] of at.entries()) {
     const [x = 0, y = 0] = place(own);
     drawing.append(shape("circle", { cx: x, cy: y, r: 4, class: "is" }, shape("title", {}, `${index + 1}: ${own.map((value) => value.toFixed(1)).join(", ")} mm`)));
-    labels.push({ x, y, numbers: [index + 1] });
+    labels.push({ x, y, edge: width - 10, numbers: [index + 1] });
   }
   for (const own of shared(shared(labels))) {
     const { x, y } = own;
@@ -193,7 +194,7 @@ function view(at, space, across, up, caption, circle) {
   return element("figure", {}, drawing, element("figcaption", {}, circle ? `${caption}.` : `${caption}; grey: the workspace.`));
 }
 
-/** @typedef {{x: number, y: number, numbers: number[]}} Label */
+/** With the right edge of the drawing. @typedef {{x: number, y: number, edge: number, numbers: number[]}} Label */
 
 /** @param {Label} own */
 const words = ({ numbers }) => (numbers.length > 5 ? [...numbers.slice(0, 4), "â€¦"] : numbers).join(", ");
@@ -202,7 +203,7 @@ const words = ({ numbers }) => (numbers.length > 5 ? [...numbers.slice(0, 4), "â
 const widthOf = (own) => 12 + 10 * words(own).length;
 
 /** Whether a label stands to the left of its place. @param {Label} own */
-const isLeft = (own) => own.x + widthOf(own) > 430;
+const isLeft = (own) => own.x + widthOf(own) > own.edge;
 
 /** Those whose numbers would touch share a label. @param {Label[]} labels */
 function shared(labels) {

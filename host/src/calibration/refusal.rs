@@ -12,7 +12,7 @@ use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// A change below this many times the effect of noise alone shows nothing.
 const NOISE_ALONE: f64 = 1.5;
-const CHECK: &str = "Check units, joint order, signs (a positive angle swings the arm towards the platform) and the frame of the positions.";
+const CHECK: &str = "Check the lengths in the robot file, units, joint order, signs (a positive angle swings the arm towards the platform) and the frame of the positions.";
 const SPREAD: &str = "Spread the poses over the whole workspace.";
 const STATE_TOLERANCE: &str =
     "State the [tolerance]: heights and distances never show where the base is.";

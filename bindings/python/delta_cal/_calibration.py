@@ -114,9 +114,9 @@ class Calibration:
         Parameters
         ----------
         q : array (…, 3), or a frame
-            Joint angles, radians.
+            Joint angles, radians: ``q=plan.q``.
         target : str, optional
-            That of a target (``"target"`` if it has no name) in place of the platform point.
+            That of a target (``"target"`` if it has no name) in place of the platform point: ``target="left"``.
 
         Returns
         -------
@@ -128,7 +128,7 @@ class Calibration:
         rods = self._of("arm1.rod_difference")
         if rods is not None:
             x, y, z = self.targets[target] if target in self.targets else np.zeros(3)
-            by = np.concatenate([by, self.robot.rods_jacobian(q, (x, y, z))], axis=-1)
+            by = np.concatenate([by, self.robot._rods_jacobian(q, (x, y, z))], axis=-1)
             places = np.concatenate([places, np.arange(rods, rods + 12)])
         found = by @ self.covariance[np.ix_(places, places)] @ np.swapaxes(by, -1, -2)
         if target is None:
@@ -155,8 +155,14 @@ class Calibration:
         return self.report.html()
 
     def write(self, path: PathLike) -> None:
-        """Writes the report, by the name of the file: .html, .json, .txt, .toml for the calibrated robot, .cfg for the
-        lines to paste into a printer's configuration."""
+        """Writes the report, or what the name of the file says.
+
+        Parameters
+        ----------
+        path : path
+            .html, .json or .txt; .toml for the robot, .cfg for the lines to paste into a printer's configuration:
+            ``path="report.html"``.
+        """
         texts = {".html": self.report.html, ".json": self.report.json, ".txt": self.report.text, ".toml": self.robot.to_toml}
         if self.printer is not None:
             lines = self.printer["lines"]
@@ -245,38 +251,40 @@ def calibrate(
     ----------
     robot : Robot, or path
         The robot before calibration, or its file. State tolerance and noise for a better result and a reliable σ. Or a
-        printer's configuration, with the heights that it holds and those of the files ``q`` and ``x``.
+        printer's configuration, with the heights that it holds and those of the files ``q`` and ``x``:
+        ``robot="robot.toml", q="samples.csv"``.
     q : array (n, 3), Samples, a samples file, a frame with its columns, a dict of arrays, or several dicts
         Joint angles, radians (mm of travel). All but the array hold the readings as well; the keys of a dict are the
-        names of the arguments down to ``name``.
+        names of the arguments down to ``name``: ``q=[{"q": q, "x": x}, {"q": q, "height": gauge, "plane": "table"}]``.
     x : array (n, 3) or frame, optional
-        Measured positions, mm, a row for each of ``q``. NaN and masked: not measured.
+        Measured positions, mm, a row for each of ``q``. NaN and masked are not measured: ``x=tracker``.
     height, plane : array (n,), name or names (n,), optional
-        Heights above a plane, mm.
+        Heights above a plane, mm: ``height=gauge, plane="table"``.
     distance, point, to : array (n,), name or names (n,), array (n, 3), optional
-        Distances, mm, from a fixed point, or from the pose of the joint angles ``to``.
+        Distances, mm, from a fixed point, or from the pose of the joint angles ``to``: ``distance=bar, point="socket"``.
     sigma : float, array (n,), (n, 3) or (n, 3, 3), optional
-        In place of ``noise``: σ of each row's readings, mm; or of each of its coordinates; or their covariance, mm².
+        In place of ``noise``, σ of each row's readings, mm; or of each of its coordinates; or their covariance, mm²:
+        ``sigma=0.02``.
     target : name or names (n,), optional
-        The target that each row measured.
+        The target that each row measured: ``target=["left", "right"] * 20``.
     name : names (n,), optional
-        Of the rows, for the report.
+        Of the rows, for the report: ``name=[f"P{row}" for row in range(40)]``.
     noise, tolerance, zero : optional
-        In place of the robot's own, as of ``Robot.nominal``.
+        In place of the robot's own, as of ``Robot.nominal``: ``tolerance=(0.5, 0.003)``.
     noise_height, noise_distance : float, optional
-        σ of heights and of distances, mm, in place of the robot's own.
+        σ of heights and of distances, mm, in place of the robot's own: ``noise_height=0.02``.
     frame : {"base", "sensor"}
-        The frame of ``x``; the sensor's may stand anywhere and is found with the parameters.
+        The frame of ``x``; the sensor's may stand anywhere and is found with the parameters: ``frame="sensor"``.
     method : {"joint", "ikm", "fkm"}, optional
-        Joint for complete positions in the robot's frame, otherwise fkm.
+        Joint for complete positions in the robot's frame, otherwise fkm: ``method="ikm"``.
     robust : bool
-        Leave out and name samples that disagree (Tukey's loss).
+        Leave out and name samples that disagree (Tukey's loss): ``robust=True``.
     limit : float, optional
-        Largest expanded uncertainty, mm rms; the report says whether it is met.
+        Largest expanded uncertainty, mm rms; the report says whether it is met: ``limit=0.1``.
     progress : bool or callable
-        Shows the time, with tqdm if that is installed; or what to call with the seconds.
+        Shows the time, with tqdm if that is installed; or what to call with the seconds: ``progress=print``.
     **printer : optional
-        Of a configuration, as of ``import_``: rods, radius, printed, shrinkage.
+        Of a configuration, as of ``import_``: ``robot="printer.cfg", shrinkage=0.002``.
 
     Raises
     ------

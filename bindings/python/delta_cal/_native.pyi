@@ -13,7 +13,6 @@ __all__ = [
     "calibrate",
     "calibrate_printer",
     "compare",
-    "determined",
     "export",
     "import_",
     "plan",
@@ -85,7 +84,7 @@ class Robot:
         self, q: Rows, *, transmissions: bool = False, errors: Literal["nan", "raise"] = "nan"
     ) -> Array: ...
     def _vectors(self, argument: str, given: Rows) -> Array: ...
-    def rods_jacobian(self, q: Rows, point: Vector) -> Array: ...
+    def _rods_jacobian(self, q: Rows, point: Vector) -> Array: ...
     @property
     def parameters(self) -> Array: ...
     @property
@@ -160,7 +159,8 @@ def read_samples(
 def plan(
     robot: Robot,
     count: int,
-    measure: str,
+    samples: Samples | None,
+    measure: str | None,
     frame: str,
     within: str | None,
     absolute: bool,
@@ -169,9 +169,6 @@ def plan(
     seed: int,
     names: str | None,
     progress: Any,
-) -> dict[str, Any]: ...
-def determined(
-    robot: Robot, samples: Samples, frame: str, absolute: bool, seed: int
 ) -> dict[str, Any]: ...
 def validate(robot: Robot, samples: Samples, limit: float, frame: str) -> dict[str, Any]: ...
 def export(

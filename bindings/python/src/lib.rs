@@ -64,7 +64,7 @@ mod _native {
     #[pymodule_export]
     use crate::samples::{Samples, read_samples, samples_of_bytes, samples_of_columns};
     #[pymodule_export]
-    use crate::tasks::{compare, determined, export, import_, plan, simulate, validate, workspace};
+    use crate::tasks::{compare, export, import_, plan, simulate, validate, workspace};
 
     use numpy::PyArray1;
     use pyo3::prelude::*;

@@ -134,7 +134,12 @@ type Parts<'py> = (Vec<Part<'py>>, Option<String>);
 
 #[pymethods]
 impl Samples {
-    /// What the rows hold, as a robot's convention has it.
+    /// What the rows hold.
+    ///
+    /// Parameters
+    /// ----------
+    /// robot : Robot
+    ///     Its convention is that of the rows: `robot=robot`.
     ///
     /// Returns
     /// -------
@@ -208,11 +213,11 @@ impl Samples {
 /// Parameters
 /// ----------
 /// path : path
-///     Joint angles and what was measured there; or joint angles alone.
+///     Joint angles and what was measured there; or joint angles alone: `path="samples.csv"`.
 /// positions : path, optional
-///     What was measured, if the first file has the joint angles alone.
+///     What was measured, if the first file has the joint angles alone: `positions="positions.csv"`.
 /// columns : str, optional
-///     What columns hold whose names do not say it: `"q1_deg=A1,x_mm=Pos X"`.
+///     What columns hold whose names do not say it: `columns="q1_deg=A1,x_mm=Pos X"`.
 ///
 /// Raises
 /// ------

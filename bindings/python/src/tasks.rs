@@ -13,25 +13,28 @@ use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
 use delta_cal_host::halt::Steps;
 use delta_cal_host::planning::{
-    self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Region, Wishes, labelled, plan_for,
+    self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Planned, Region, Wishes, labelled,
+    plan_for,
 };
 use delta_cal_host::report::{plan as plan_report, validation, workspace as workspace_report};
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
-use delta_cal_host::{Frame, InputText, Options, Planned};
+use delta_cal_host::{Frame, InputText, Options, Planned as Rows, RobotFile};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people.
+/// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people. With `samples` what to
+/// add to these, and what they determine.
 #[pyfunction]
 pub(crate) fn plan<'py>(
     py: Python<'py>,
     robot: &Robot,
     count: usize,
-    measure: &str,
+    samples: Option<&Samples>,
+    measure: Option<&str>,
     frame: &str,
     within: Option<&str>,
     absolute: bool,
@@ -41,13 +44,13 @@ pub(crate) fn plan<'py>(
     names: Option<&str>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let wishes: Wishes = measure
-        .parse()
-        .map_err(|cause: String| value_error("measure", cause))?;
+    let wishes = measure.map_or(Ok(Wishes::only(Kind::XYZ)), str::parse::<Wishes>);
+    let wishes = wishes.map_err(|cause| value_error("measure", cause))?;
     let region = within.map(str::parse::<Region>).transpose();
     let region = region.map_err(|cause| value_error("within", cause))?;
-    if accuracy.is_none() && !(LEAST..=MOST).contains(&count) {
-        let cause = format!("{count}; {LEAST} to {MOST} measurements can be planned");
+    let least = if samples.is_some() { 0 } else { LEAST };
+    if accuracy.is_none() && !(least..=MOST).contains(&count) {
+        let cause = format!("{count}; {least} to {MOST} measurements can be planned");
         return Err(value_error("count", cause));
     }
     let steps = Steps::default();
@@ -60,6 +63,9 @@ pub(crate) fn plan<'py>(
         steps: Some(&steps),
         ..PlanRequest::new(&robot.file, wishes, count)
     };
+    if let Some(samples) = samples {
+        return added(py, &request, samples, names);
+    }
     if request.frame == Frame::Sensor && !request.kinds.positions() {
         let cause = "\"sensor\" is for coordinates, and measure asks for none";
         return Err(value_error("frame", cause));
@@ -71,19 +77,48 @@ pub(crate) fn plan<'py>(
     let found = with_cores_telling(py, progress.as_ref(), plan, || steps.counted())?;
     let mut found = found.map_err(|error| plan_error(py, error))?;
     found.measurements = labelled(found.measurements, names, 1);
-    let convention = robot.file.convention;
-    let rows = &found.measurements;
+    let (json, text) = (plan_report::json(&found), plan_report::text(&found));
+    planned(py, &robot.file, &found.measurements, &json, plain(&text))
+}
+
+/// What samples determine, and what to add.
+fn added<'py>(
+    py: Python<'py>,
+    request: &PlanRequest<'_>,
+    samples: &Samples,
+    names: Option<&str>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let file = with_cores(py, || Rows::read(&samples.text, request.robot))?;
+    let file = file.map_err(|error| input_error(&error, false))?;
+    let unmeasured = file.unmeasured.iter();
+    let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
+    let readings = samples.placed(file.readings);
+    let found = with_cores(py, || Determined::by(request, &readings, &unmeasured))?;
+    let mut found = found.map_err(|error| plan_error(py, error))?;
+    found.next = labelled(found.next, names, 1);
+    let json = plan_report::samples_json(&found);
+    let text = samples.words(&plan_report::samples_text(&found));
+    planned(py, request.robot, &found.next, &json, text)
+}
+
+fn planned<'py>(
+    py: Python<'py>,
+    robot: &RobotFile,
+    rows: &[Planned],
+    json: &str,
+    text: String,
+) -> PyResult<Bound<'py, PyDict>> {
+    let convention = robot.convention;
     let q = rows
         .iter()
         .flat_map(|own| convention.directed(&own.reading.joints));
     let x = rows.iter().flat_map(|own| own.position_mm);
-    let json = plan_report::json(&found);
     Ok(dict!(py,
         "q": array(py, q.collect(), &[rows.len(), 3])?,
         "x": array(py, x.collect(), &[rows.len(), 3])?,
-        "csv": plan_report::csv(rows, &robot.file.convention),
-        "report": loads(py, &json)?,
-        "text": plain(&plan_report::text(&found)),
+        "csv": plan_report::csv(rows, &convention),
+        "report": loads(py, json)?,
+        "text": text,
     ))
 }
 
@@ -95,36 +130,6 @@ fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
         }
         _ => value_error("measure", in_python(format!("{error}\n{}", error.remedy()))),
     }
-}
-
-/// What samples determine, and what to add: the samples file to fill in, the report for programs and for people.
-#[pyfunction]
-pub(crate) fn determined<'py>(
-    py: Python<'py>,
-    robot: &Robot,
-    samples: &Samples,
-    frame: &str,
-    absolute: bool,
-    seed: u64,
-) -> PyResult<Bound<'py, PyDict>> {
-    let request = PlanRequest {
-        frame: word("frame", frame, FRAMES)?,
-        absolute,
-        seed,
-        ..PlanRequest::new(&robot.file, Wishes::only(Kind::XYZ), LEAST)
-    };
-    let file = with_cores(py, || Planned::read(&samples.text, &robot.file))?;
-    let file = file.map_err(|error| input_error(&error, false))?;
-    let unmeasured = file.unmeasured.iter();
-    let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
-    let readings = samples.placed(file.readings);
-    let found = with_cores(py, || Determined::by(&request, &readings, &unmeasured))?;
-    let found = found.map_err(|error| plan_error(py, error))?;
-    Ok(dict!(py,
-        "csv": plan_report::csv(&found.next, &robot.file.convention),
-        "report": loads(py, &plan_report::samples_json(&found))?,
-        "text": samples.words(&plan_report::samples_text(&found)),
-    ))
 }
 
 /// Verdict, report for programs, certificate and text.

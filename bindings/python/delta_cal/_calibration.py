@@ -195,7 +195,7 @@ class Calibration:
 def read(robot: Robot, q: Any, x: Any, others: Mapping[str, Any]) -> Samples:
     """Samples of a frame or a file alone, or of arrays by their names."""
     given = {name: own for name, own in {"x": x, **others}.items() if own is not None}
-    several = isinstance(q, (list, tuple)) and len(q) > 0 and all(isinstance(own, dict) for own in q)
+    several = isinstance(q, (list, tuple)) and any(isinstance(own, dict) for own in q)
     alone = several or isinstance(q, (str, os.PathLike, Samples, dict))
     if not given and (alone or framed(q) is not None):
         return samples(robot, q)
@@ -304,8 +304,8 @@ def calibrate(
         "height": height, "plane": plane, "distance": distance, "point": point,
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
-    check(str, frame=frame, method=method)
-    check(Real, limit=limit, noise_height=noise_height, noise_distance=noise_distance)
+    check(str, frame=frame, optional={"method": method})
+    check(Real, optional={"limit": limit, "noise_height": noise_height, "noise_distance": noise_distance})
     check(bool, robust=robust)
     if not isinstance(robot, (Robot, str, os.PathLike)):
         raise TypeError(f"robot: {type(robot).__name__}; a Robot or a path is needed")
@@ -326,14 +326,15 @@ def calibrate(
         with Told(progress, timed=True) as tell:
             found = _native.calibrate(robot, given, frame, method, robust, limit, tell)
     else:
-        more = {"noise": noise, "noise_height": noise_height, "noise_distance": noise_distance, "tolerance": tolerance, "zero": zero}
+        more = {"noise": noise, "noise_height": noise_height, "noise_distance": noise_distance, "tolerance": tolerance, "zero": zero,
+                "frame": None if frame == "base" else frame}
         for own, value in {**readings, **more}.items():
             if value is not None:
                 raise TypeError(f"{own}: is not for a printer's configuration")
         parts = [file for file in (q, x) if file is not None]
         files = [file for file in parts if isinstance(file, (str, os.PathLike))]
         if len(files) < len(parts):
-            raise TypeError("q: a file with readings of the printer is needed")
+            raise TypeError(f"q: beside {robot}, which is no robot file (.toml), files with readings of a printer are needed")
         with Told(progress, timed=True) as tell:
             found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit, tell)
     found["frame"] = _transform(found["frame"])

@@ -35,7 +35,14 @@ def stated(given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in own.items():
         if not (value is None or isinstance(value, Mapping)):
             raise TypeError(f"{name}: a dict is needed, of the keys that a robot file has in this section")
-    return {**found, "sections": json.dumps(own, default=np.ndarray.tolist)}
+    return {**found, "sections": f"{{{', '.join(f'{json.dumps(name)}: {_section(name, own[name])}' for name in own)}}}"}
+
+
+def _section(name: str, given: Any) -> str:
+    try:
+        return json.dumps(given, default=lambda own: own.tolist(), allow_nan=False)
+    except (AttributeError, TypeError, ValueError) as error:
+        raise ValueError(f"{name}: {error}") from None
 
 
 def several(argument: str, given: Any, count: int, wanted: str) -> Any:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _native
-from ._arrays import check, samples as samples_of
+from ._arrays import check, radians, samples as samples_of
 from ._calibration import _warn, read, stated_of
 from ._native import Robot, Samples
 from ._pages import Told, in_frame, plain, written
@@ -38,13 +38,13 @@ def _json(report: dict[str, Any]) -> str:
     return json.dumps(report, indent=2, ensure_ascii=False) + "\n"
 
 
-def _whole(name: str, number: Any, least: int) -> int:
+def _whole(name: str, number: Any, least: int, most: int = 2**63 - 1) -> int:
     try:
         own = operator.index(number)
     except TypeError:
         raise TypeError(f"{name}: {number!r}; a whole number is needed") from None
-    if not least <= own < 2**63:
-        raise ValueError(f"{name}: {own}; a whole number of at least {least} is needed")
+    if not least <= own <= most:
+        raise ValueError(f"{name}: {own}; a whole number of {least} to {most:.0e} is needed")
     return own
 
 
@@ -153,9 +153,9 @@ def plan(
         No such measurements determine the robot, or reach ``accuracy``.
     """
     check(Robot, robot=robot)
-    check(str, measure=measure, frame=frame, within=within, order=order, names=names)
+    check(str, frame=frame, order=order, optional={"measure": measure, "within": within, "names": names})
     check(bool, absolute=absolute)
-    check(Real, accuracy=accuracy)
+    check(Real, optional={"accuracy": accuracy})
     count, seed = _whole("count", count, 0), _whole("seed", seed, 0)
     given = None if samples is None else samples_of(robot, samples)
     beside = {"measure": measure, "accuracy": accuracy, "order": None if order == "random" else order}
@@ -313,10 +313,12 @@ def export(
     limit : float, optional
         The largest error between the nodes of a correction table, mm: ``target="correction-table", limit=0.05``.
     """
-    check(Robot, robot=robot, nominal=nominal)
+    check(Robot, robot=robot, optional={"nominal": nominal})
     check(str, target=target)
-    check(Real, height=height, limit=limit)
+    check(Real, optional={"height": height, "limit": limit})
     joints = None if home is None else several("home", home, 3, "(q1, q2, q3)")
+    if joints is not None and robot.drive == "rotary":
+        radians("home", np.array(joints))
     return Export(**_native.export(robot, target, nominal, x, joints, height, limit))
 
 
@@ -363,6 +365,7 @@ def import_(
     shrinkage : float, optional
         The fraction by which prints shrink: ``shrinkage=0.002``.
     """
+    check(str, optional={"firmware": firmware})
     printer = {
         "rods": rods, "radius": radius, "rods_sigma": rods_sigma, "radius_sigma": radius_sigma,
         "printed": printed, "shrinkage": shrinkage,
@@ -393,7 +396,7 @@ def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = 
         Between lines along which they lie, mm; otherwise a part of the workspace: ``spacing=20``.
     """
     check(Robot, robot=robot)
-    check(Real, tolerance=tolerance, spacing=spacing)
+    check(Real, tolerance=tolerance, optional={"spacing": spacing})
     return Workspace(**_native.workspace(robot, tolerance, spacing))
 
 
@@ -462,7 +465,7 @@ def simulate(
         and ``error_stated`` (positions, rms over held-out poses; stated: one σ), the same of ``relative`` (after the
         best rigid motion) and ``parameter`` (with ``parameter_bound``, the Cramér–Rao bound).
     """
-    n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
+    n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1, 10**6)
     check(Robot, robot=robot)
     check(str, method=method, spread=spread)
     check(bool, planned=planned)

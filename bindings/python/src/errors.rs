@@ -69,9 +69,14 @@ pub(crate) fn length(argument: &str, own: f64) -> PyResult<f64> {
     Err(value_error(argument, cause))
 }
 
-/// A message of arrays, whose rows have no lines.
+/// A message of arrays, which have rows in place of lines, no names of columns, and are in no file.
 pub(crate) fn in_rows(text: &str) -> String {
+    if text.starts_with("Name the columns of ") {
+        return "Convert the arrays: they are in millimetres and radians.".to_owned();
+    }
     let words = [
+        (". No file was changed", ""),
+        (", but the header says millimetres", ""),
         // Headers stand at the right.
         ("in line\n", " in row\n"),
         ("Line ", "Row "),

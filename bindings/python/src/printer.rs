@@ -1,10 +1,9 @@
 //! The files of a printer's configuration.
 
-use crate::errors::{input_error, value_error};
+use crate::errors::{input_error, length, type_error, value_error};
 use crate::files::{bytes_of, call_python};
 use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::{InputError, InputText};
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -30,17 +29,37 @@ pub(crate) fn configuration(
     let mut own = Stated::default();
     for (name, value) in stated.iter() {
         let name: String = name.extract()?;
-        let fault = |_| PyTypeError::new_err(format!("{name}: lengths in mm are needed"));
+        let fault = |_| type_error(&name, "numbers are needed, lengths in mm");
+        let number = || length(&name, value.extract().map_err(fault)?);
         match name.as_str() {
-            "rods" => own.rods = Some(value.extract().map_err(fault)?),
-            "radius" => own.radius = Some(value.extract().map_err(fault)?),
-            "rods_sigma" => own.rods_sigma = Some(value.extract().map_err(fault)?),
-            "radius_sigma" => own.radius_sigma = Some(value.extract().map_err(fault)?),
-            "printed" => own.printed = value.extract().map_err(fault)?,
-            "shrinkage" => own.shrinkage = Some(value.extract().map_err(fault)?),
+            "rods" => {
+                let rods: [f64; 3] = value.extract().map_err(fault)?;
+                rods.into_iter()
+                    .try_for_each(|rod| length(&name, rod).map(drop))?;
+                own.rods = Some(rods);
+            }
+            "radius" => own.radius = Some(number()?),
+            "rods_sigma" => own.rods_sigma = Some(number()?),
+            "radius_sigma" => own.radius_sigma = Some(number()?),
+            "printed" => {
+                let pairs: Vec<[f64; 2]> = value.extract().map_err(fault)?;
+                let nearly = |[wanted, is]: &[f64; 2]| (is / wanted - 1.0).abs() < 0.1;
+                if !pairs.iter().all(nearly) {
+                    let cause = "lengths as designed and as printed, within 10 %, are needed";
+                    return Err(value_error(&name, cause));
+                }
+                own.printed = pairs;
+            }
+            "shrinkage" => {
+                let part: f64 = value.extract().map_err(fault)?;
+                if !(part.abs() <= 0.1) {
+                    let cause = format!("{part}; a fraction of up to 0.1 is needed");
+                    return Err(value_error(&name, cause));
+                }
+                own.shrinkage = Some(part);
+            }
             _ => {
-                let cause = format!("{name}: not stated of a printer");
-                return Err(PyTypeError::new_err(cause));
+                return Err(type_error(&name, "not stated of a printer"));
             }
         }
     }

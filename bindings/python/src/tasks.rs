@@ -48,6 +48,7 @@ pub(crate) fn plan<'py>(
     let wishes = wishes.map_err(|cause| value_error("measure", cause))?;
     let region = within.map(str::parse::<Region>).transpose();
     let region = region.map_err(|cause| value_error("within", cause))?;
+    accuracy.map(|own| length("accuracy", own)).transpose()?;
     let least = if samples.is_some() { 0 } else { LEAST };
     if accuracy.is_none() && !(least..=MOST).contains(&count) {
         let cause = format!("{count}; {least} to {MOST} measurements can be planned");
@@ -89,7 +90,10 @@ fn added<'py>(
     names: Option<&str>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let file = with_cores(py, || Rows::read(&samples.text, request.robot))?;
-    let file = file.map_err(|error| input_error(&error, false))?;
+    let file = file.map_err(|mut error| {
+        error.line = error.line.map(|own| samples.place_of(own));
+        input_error(&error, samples.in_arrays)
+    })?;
     let unmeasured = file.unmeasured.iter();
     let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
     let readings = samples.placed(file.readings);
@@ -186,6 +190,7 @@ pub(crate) fn export<'py>(
     height: Option<f64>,
     limit: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    limit.map(|own| length("limit", own)).transpose()?;
     let drive = robot.file.robot.drive();
     let found = target_of(target, drive);
     let target = found.map_err(|error| value_error("target", in_python(error)))?;

@@ -47,6 +47,8 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
         ({"measure": "plate"}, "measure: "),
         ({"within": "r=200"}, "within: "),
         ({"order": "any"}, "order: "),
+        ({"accuracy": 0.0}, "accuracy: 0; a length above 0"),
+        ({"samples": {"q": [[0, 0, 0]]}}, "q: row 0: the row does not say"),
         ({"frame": "sensor", "measure": "plane"}, "frame: "),
         ({"within": "r=10,z=100..200"}, "usable poses within"),
         *(({"samples": {"q": [[0, 0, 0]], "x": [[0, 0, -400]]}, **more}, f"{next(iter(more))}: ")
@@ -69,6 +71,9 @@ def test_a_plan_that_cannot_be(options, message, robot):
         (lambda robot: dc.export(robot, "klipper", home=3), r"home: \(q1, q2, q3\) is needed"),
         (lambda robot: dc.plan(robot, samples=[[0, 0, 0]]), "samples: list; a file, a frame"),
         (lambda robot: dc.export(robot, "klipper", home="top"), "home: dtype"),
+        (lambda robot: dc.export(robot, "klipper", home=(-50, -50, -50)), "home: .*radians"),
+        (lambda robot: dc.export(robot, "correction-table", limit=0.0), "limit: 0; a length above 0"),
+        (lambda robot: dc.validate(robot, [[0, 0, 0]], [[0, 0, -400]], limit=None), "limit: NoneType"),
         (lambda robot: dc.workspace(robot, tolerance="fine"), "tolerance: str"),
         (lambda robot: dc.compare(robot, "robot.toml"), "after: str"),
         (lambda robot: dc.simulate(robot, method=1), "method: int"),
@@ -146,7 +151,7 @@ def test_a_robot_of_a_campaign_is_the_same_in_every_range(robot):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"n": -1}, "n: "), ({"poses": 0}, "poses: "), ({"method": "guess"}, "guess"), ({"spread": "even"}, "even")],
+    [({"n": -1}, "n: "), ({"poses": 0}, "poses: "), ({"poses": 10**9}, "poses: 10"), ({"method": "guess"}, "guess"), ({"spread": "even"}, "even")],
 )
 def test_a_campaign_that_cannot_be(options, message, robot):
     with pytest.raises(ValueError, match=message):

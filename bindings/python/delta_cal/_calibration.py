@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ._native import Report
+    from ._pages import Texts
     from ._types import Array, Noise, PathLike, Rows, Tolerance, Waiting
 
 
@@ -79,7 +80,7 @@ class Calibration:
     """From the robot's frame to the sensor's, array (4, 4): X_sensor = T X_robot, mm; None with ``frame="base"``."""
     method: Literal["joint", "ikm", "fkm"] = field(compare=False)
     """The estimator."""
-    report: Report = field(compare=False)
+    report: Report | Texts = field(compare=False)
     printer: dict[str, Any] | None = field(default=None, compare=False)
     """Of a printer's configuration: ``lines`` to paste, ``before`` and ``after`` (errors of the bed), ``next`` (what to
     measure), ``changes``, ``notes``, …, with the keys of docs/json.md."""
@@ -336,16 +337,8 @@ def calibrate(
         if len(files) < len(parts):
             raise TypeError(f"q: beside {robot}, which is no robot file (.toml), files with readings of a printer are needed")
         with Told(progress, timed=True) as tell:
-            found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit, tell)
+            found = _native.calibrate_printer(robot, files, printer, method, robust, limit, tell)
     found["frame"] = _transform(found["frame"])
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")
     return Calibration(**found)
-
-
-def stated_of(printer: Mapping[str, Any]) -> dict[str, Any]:
-    """What is stated of a printer, with one length of all rods as three."""
-    known = dict(printer)
-    if isinstance(known.get("rods"), (int, float)):
-        known["rods"] = (known["rods"],) * 3
-    return {name: own for name, own in known.items() if own is not None}

@@ -17,7 +17,6 @@ __all__ = [
     "import_",
     "plan",
     "read_samples",
-    "report_of_texts",
     "robot_of_text",
     "samples_of_bytes",
     "samples_of_columns",
@@ -127,7 +126,6 @@ class Report:
     def json(self) -> str: ...
     def html(self) -> str: ...
 
-def report_of_texts(text: str, json: str, html: str) -> Report: ...
 def robot_of_text(name: str, text: str) -> Robot: ...
 def samples_of_bytes(
     parts: Sequence[tuple[str, bytes]], columns: str | None

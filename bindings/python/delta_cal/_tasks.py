@@ -15,7 +15,7 @@ import numpy as np
 
 from . import _native
 from ._arrays import check, radians, samples as samples_of
-from ._calibration import _warn, read, stated_of
+from ._calibration import _warn, read
 from ._native import Robot, Samples
 from ._pages import Told, in_frame, plain, written
 from ._stated import several
@@ -370,7 +370,7 @@ def import_(
         "rods": rods, "radius": radius, "rods_sigma": rods_sigma, "radius_sigma": radius_sigma,
         "printed": printed, "shrinkage": shrinkage,
     }
-    return Imported(**_native.import_(path, firmware, stated_of(printer)))
+    return Imported(**_native.import_(path, firmware, printer))
 
 
 @dataclass(frozen=True, repr=False)

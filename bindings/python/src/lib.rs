@@ -58,7 +58,7 @@ by_fingerprint!(robot::Robot, samples::Samples);
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::calibration::{Report, calibrate, calibrate_printer, report_of_texts};
+    use crate::calibration::{Report, calibrate, calibrate_printer};
     #[pymodule_export]
     use crate::robot::{Robot, robot_of_text};
     #[pymodule_export]

@@ -1,6 +1,6 @@
 //! The files of a printer's configuration.
 
-use crate::errors::{input_error, length, type_error, value_error};
+use crate::errors::{input_error, value_error};
 use crate::files::{bytes_of, call_python};
 use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::{InputError, InputText};
@@ -26,44 +26,29 @@ pub(crate) fn configuration(
             })?
         }
     };
-    let mut own = Stated::default();
-    for (name, value) in stated.iter() {
-        let name: String = name.extract()?;
-        let fault = |_| type_error(&name, "numbers are needed, lengths in mm");
-        let number = || length(&name, value.extract().map_err(fault)?);
-        match name.as_str() {
-            "rods" => {
-                let rods: [f64; 3] = value.extract().map_err(fault)?;
-                rods.into_iter()
-                    .try_for_each(|rod| length(&name, rod).map(drop))?;
-                own.rods = Some(rods);
-            }
-            "radius" => own.radius = Some(number()?),
-            "rods_sigma" => own.rods_sigma = Some(number()?),
-            "radius_sigma" => own.radius_sigma = Some(number()?),
-            "printed" => {
-                let pairs: Vec<[f64; 2]> = value.extract().map_err(fault)?;
-                let nearly = |[wanted, is]: &[f64; 2]| (is / wanted - 1.0).abs() < 0.1;
-                if !pairs.iter().all(nearly) {
-                    let cause = "lengths as designed and as printed, within 10 %, are needed";
-                    return Err(value_error(&name, cause));
-                }
-                own.printed = pairs;
-            }
-            "shrinkage" => {
-                let part: f64 = value.extract().map_err(fault)?;
-                if !(part.abs() <= 0.1) {
-                    let cause = format!("{part}; a fraction of up to 0.1 is needed");
-                    return Err(value_error(&name, cause));
-                }
-                own.shrinkage = Some(part);
-            }
-            _ => {
-                return Err(type_error(&name, "not stated of a printer"));
-            }
-        }
-    }
-    Ok((text, firmware, own))
+    let own: Own = call_python(path.py(), "_stated", "printer", (stated,))?.extract()?;
+    let stated = Stated {
+        rods: own.rods,
+        radius: own.radius,
+        rods_sigma: own.rods_sigma,
+        radius_sigma: own.radius_sigma,
+        printed: own.printed,
+        shrinkage: own.shrinkage,
+        ..Stated::default()
+    };
+    Ok((text, firmware, stated))
+}
+
+/// What is stated of a printer: arguments, which `delta_cal/_stated.py` prepares.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Own {
+    rods: Option<[f64; 3]>,
+    radius: Option<f64>,
+    rods_sigma: Option<f64>,
+    radius_sigma: Option<f64>,
+    printed: Vec<[f64; 2]>,
+    shrinkage: Option<f64>,
 }
 
 /// The files that a line of a configuration includes, beside the file with the line.

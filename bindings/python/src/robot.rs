@@ -1,7 +1,7 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{array, each_row, in_numpy};
-use crate::errors::{in_python, input_error, length, type_error, value_error};
+use crate::errors::{input_error, length, type_error, value_error};
 use crate::files::{bytes_of, loads, sha256, write};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, margin};
 use crate::stated::{Stated, arms_of, limits_of, merge, tolerance_of, with_transmissions};
@@ -12,7 +12,7 @@ use delta_cal_host::files::convention::{Convention, Three};
 use delta_cal_host::files::kinematics;
 use delta_cal_host::files::robot_file::Tool;
 use delta_cal_host::geometry::hangs_below;
-use delta_cal_host::{InputError, InputText, RobotFile};
+use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
@@ -112,11 +112,16 @@ impl Robot {
 
     /// With other keys in sections of its file.
     fn merged(&self, sections: serde_json::Map<String, Value>) -> PyResult<Self> {
+        let names = sections.keys().cloned().collect::<Vec<_>>().join(", ");
         let mut whole = self.sections()?;
         merge(&mut whole, Value::Object(sections));
         let text = toml::to_string(&whole).map_err(|error| value_error("robot", error))?;
         let source = InputText::new(&self.file.name, &text);
-        let file = RobotFile::read(&source).map_err(|error| section_error(&text, &error))?;
+        let file = RobotFile::read(&source).map_err(|mut error| {
+            // Nobody has this text: the sections are arguments.
+            (error.file, error.line) = (names.into(), None);
+            input_error(&error, false)
+        })?;
         Ok(Self { file, source })
     }
 
@@ -705,24 +710,6 @@ pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
     joints
         .iter()
         .any(|own| *own < low - margin || *own > high + margin)
-}
-
-/// A fault of a text that nobody has: in its section, which is the argument.
-fn section_error(text: &str, error: &InputError) -> PyErr {
-    let line = error.line.and_then(|own| usize::try_from(own).ok());
-    let above = text.lines().take(line.unwrap_or_default());
-    let header = above.clone().filter(|own| own.starts_with('[')).last();
-    let (Some(line), Some(header), Some(own)) = (line, header, above.last()) else {
-        return input_error(error, false);
-    };
-    let section = header.trim_matches(['[', ']']);
-    let section = section.split('.').next().unwrap_or(section);
-    let cause = in_python(error);
-    let place = format!("{}:{line}: ", error.file);
-    value_error(
-        section,
-        format!("{own}: {}", cause.strip_prefix(&place).unwrap_or(&cause)),
-    )
 }
 
 /// Limits of a robot before its own are stated.

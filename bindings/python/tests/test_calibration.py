@@ -365,7 +365,7 @@ FAULTS = [
     (lambda q, x: (q, x), {"limit": True}, "limit: bool; a number"),
     (lambda q, x: (q, x), {"limit": np.nan}, "limit: nan; a finite number"),
     (lambda q, x: (q, x), {"noise": {"height_mm": np.nan}}, "noise: Out of range"),
-    (lambda q, x: (q, x), {"noise": {"joint": 1}}, "noise: joint = 1: unknown field `joint`"),
+    (lambda q, x: (q, x), {"noise": {"joint": 1}}, "(?s)noise: unknown field `joint`.*joint = 1"),
     (lambda q, x: ([{"q": q, "x": x}, 3],), {}, "list; a file, a frame or a dict"),
     (lambda q, x: (pd.DataFrame(columns=["q1_deg"]),), {}, "samples: no rows"),
     (lambda q, x: (q, x), {"progress": 3}, "progress: int"),

@@ -91,7 +91,7 @@ def radians(argument: str, angles: Array) -> None:
         raise ValueError(f"{argument}: {beyond}; angles are radians (numpy.deg2rad converts)")
 
 
-def samples(robot: Robot, given: Any) -> Samples:
+def samples(robot: Robot, given: Any, argument: str = "samples") -> Samples:
     """Samples or their file, a frame of all columns, or arrays by the names of the arguments, in any mixture."""
     if isinstance(given, Samples):
         return given
@@ -100,12 +100,12 @@ def samples(robot: Robot, given: Any) -> Samples:
     frame = framed(given)
     if frame is not None:
         if len(frame) == 0:
-            raise ValueError("samples: no rows")
+            raise ValueError(f"{argument}: no rows")
         columns = {str(name): _column(str(name), frame[name].to_numpy(), len(frame)) for name in frame.columns}
         return _native.samples_of_columns(robot, "samples", list(columns.items()), None)
     all_given = [given] if isinstance(given, Mapping) else given
     if not isinstance(all_given, (list, tuple)) or not all(isinstance(own, Mapping) for own in all_given):
-        raise TypeError(f"samples: {type(given).__name__}; a file, a frame or a dict of arrays is needed")
+        raise TypeError(f"{argument}: {type(given).__name__}; a file, a frame or a dict of arrays is needed")
     parts = [_table(robot, own) for own in all_given]
     counts = [len(own) for _, own in parts]
     names = dict.fromkeys(name for own, _ in parts for name in own)

@@ -199,7 +199,7 @@ def read(robot: Robot, q: Any, x: Any, others: Mapping[str, Any]) -> Samples:
     several = isinstance(q, (list, tuple)) and any(isinstance(own, dict) for own in q)
     alone = several or isinstance(q, (str, os.PathLike, Samples, dict))
     if not given and (alone or framed(q) is not None):
-        return samples(robot, q)
+        return samples(robot, q, "q")
     if alone:
         raise TypeError(f"{next(iter(given))}: q holds the readings already")
     if not given:

@@ -202,10 +202,16 @@ def _numbers(argument: str, given: Any, count: int) -> Array:
     return _finite(argument, array)
 
 
+def _word(own: Any) -> str:
+    """None is none, and what masked arrays and frames have for it."""
+    missing = own is None or own is np.ma.masked or type(own).__name__ == "NAType" or isinstance(own, float) and math.isnan(own)
+    return "" if missing else str(own)
+
+
 def _words(argument: str, given: Any, count: int) -> list[str]:
-    """One word, or one a row; None is none."""
+    """One word, or one a row."""
     try:
-        words = [given] * count if isinstance(given, str) else ["" if own is None else str(own) for own in given]
+        words = [given] * count if isinstance(given, str) else [_word(own) for own in given]
     except TypeError:
         raise TypeError(f"{argument}: words are needed") from None
     _check_count(argument, len(words), count)

@@ -103,7 +103,7 @@ pub(crate) fn calibrate<'py>(
     };
     let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
     let (readings, report) =
-        found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
+        found.map_err(|error| calibrate_error(py, &error, samples.arrays_name()))?;
     let options = format!("{frame} {method:?} {robust} {limit:?}");
     let begin = (robot, samples, &readings);
     result(py, begin, limit, &options, report, None)
@@ -130,7 +130,7 @@ pub(crate) fn calibrate_printer<'py>(
     let (text, firmware, stated) = configuration(path, None, stated)?;
     let samples = samples.iter().map(|path| {
         let (name, bytes) = bytes_of(path)?;
-        InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, false))
+        InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, None))
     });
     let samples = samples.collect::<PyResult<Vec<_>>>()?;
     let work = || {
@@ -145,7 +145,7 @@ pub(crate) fn calibrate_printer<'py>(
         Ok((imported, report))
     };
     let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
-    let (imported, report) = found.map_err(|error| calibrate_error(py, &error, false))?;
+    let (imported, report) = found.map_err(|error| calibrate_error(py, &error, None))?;
     let robot = Robot {
         file: imported.robot.clone(),
         source: text.clone(),
@@ -183,7 +183,7 @@ fn result<'py>(
         None => Form::OfRobot(Box::new((report, samples.clone()))),
         Some(printer) => {
             let report = with_cores(py, || PrinterReport::of(printer, report.clone()))?;
-            let report = report.map_err(|error| calibrate_error(py, &error, false))?;
+            let report = report.map_err(|error| calibrate_error(py, &error, None))?;
             let printer = json!(report.printer).to_string();
             dict.set_item("printer", loads(py, &printer)?)?;
             Form::OfPrinter(Box::new(report))

@@ -14,7 +14,7 @@ pub(crate) fn configuration(
     stated: &Bound<'_, PyDict>,
 ) -> PyResult<(InputText, Firmware, Stated)> {
     let (name, bytes) = bytes_of(path)?;
-    let fault = |error| input_error(&error, false);
+    let fault = |error| input_error(&error, None);
     let text = InputText::from_bytes(name, &bytes).map_err(fault)?;
     let firmware = match firmware {
         None => Firmware::of(&text).map_err(fault)?,

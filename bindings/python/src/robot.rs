@@ -47,7 +47,7 @@ type NoPose = Box<dyn Error>;
 impl Robot {
     /// Of the text of a robot file.
     pub(crate) fn of_text(source: InputText) -> PyResult<Self> {
-        let file = RobotFile::read(&source).map_err(|error| input_error(&error, false))?;
+        let file = RobotFile::read(&source).map_err(|error| input_error(&error, None))?;
         Ok(Self { file, source })
     }
 
@@ -120,7 +120,7 @@ impl Robot {
         let file = RobotFile::read(&source).map_err(|mut error| {
             // Nobody has this text: the sections are arguments.
             (error.file, error.line) = (names.into(), None);
-            input_error(&error, false)
+            input_error(&error, None)
         })?;
         Ok(Self { file, source })
     }
@@ -380,7 +380,7 @@ impl Robot {
     fn read(path: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (name, bytes) = bytes_of(path)?;
         let text = InputText::from_bytes(name, &bytes);
-        Self::of_text(text.map_err(|error| input_error(&error, false))?)
+        Self::of_text(text.map_err(|error| input_error(&error, None))?)
     }
 
     /// A robot of the text of a robot file.

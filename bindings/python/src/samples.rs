@@ -27,7 +27,7 @@ pub(crate) struct Samples {
     /// Shapes of the covariances of the rows of arrays.
     shapes: Vec<Option<Matrix3<f64>>>,
     /// Whether they are arrays or a frame, whose rows count from 0, and no file.
-    pub(crate) in_arrays: bool,
+    in_arrays: bool,
     pub(crate) text: InputText,
 }
 
@@ -45,7 +45,7 @@ impl Samples {
         let mut texts = Vec::new();
         for (name, bytes) in &parts {
             let text = with_cores(py, || InputText::from_bytes(name, bytes))?;
-            let text = text.map_err(|error| input_error(&error, false))?;
+            let text = text.map_err(|error| input_error(&error, None))?;
             texts.push(text.with_columns(mapping.clone()));
         }
         let mut texts = texts.into_iter();
@@ -81,6 +81,11 @@ impl Samples {
     pub(crate) fn words(&self, text: &str) -> String {
         let text = plain(text);
         if self.in_arrays { in_rows(&text) } else { text }
+    }
+
+    /// The name of arrays, whose rows count from 0; none of a file.
+    pub(crate) fn arrays_name(&self) -> Option<&str> {
+        self.in_arrays.then(|| self.text.name())
     }
 
     /// Of a line: of arrays the index of its row.
@@ -148,7 +153,7 @@ impl Samples {
     ///     of the file, or the index of the row of arrays.
     fn arrays<'py>(&self, py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyDict>> {
         let readings = with_cores(py, || self.readings(robot, Options::default()))?;
-        let readings = readings.map_err(|error| calibrate_error(py, &error, self.in_arrays))?;
+        let readings = readings.map_err(|error| calibrate_error(py, &error, self.arrays_name()))?;
         let convention = robot.file.convention;
         let rows = &readings.rows;
         let count = rows.len();

@@ -92,7 +92,7 @@ fn added<'py>(
     let file = with_cores(py, || Rows::read(&samples.text, request.robot))?;
     let file = file.map_err(|mut error| {
         error.line = error.line.map(|own| samples.place_of(own));
-        input_error(&error, samples.in_arrays)
+        input_error(&error, samples.arrays_name())
     })?;
     let unmeasured = file.unmeasured.iter();
     let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
@@ -152,7 +152,7 @@ pub(crate) fn validate<'py>(
         frame: word("frame", if stored { "sensor" } else { frame }, FRAMES)?,
         stored,
     };
-    check_independent(&robot.source, &samples.text).map_err(|error| input_error(&error, false))?;
+    check_independent(&robot.source, &samples.text).map_err(|error| input_error(&error, None))?;
     let found = with_cores(py, || {
         let options = Options {
             frame: request.frame,
@@ -161,7 +161,7 @@ pub(crate) fn validate<'py>(
         let readings = samples.readings(robot, options)?;
         delta_cal_host::validation::validate(&robot.file, &readings, request)
     })?;
-    let found = found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
+    let found = found.map_err(|error| calibrate_error(py, &error, samples.arrays_name()))?;
     let document = document(robot, samples);
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
     Ok(dict!(py,
@@ -252,7 +252,7 @@ pub(crate) fn import_<'py>(
     let (text, firmware, stated) = configuration(path, firmware, stated)?;
     let found = firmware.import(&text, &stated, &included);
     let found = found.and_then(|own| own.with_prints(&stated, &[]));
-    let found = found.map_err(|error| input_error(&error, false))?;
+    let found = found.map_err(|error| input_error(&error, None))?;
     let robot = Robot::of_text(InputText::new(&found.robot.name, &found.robot_text()))?;
     let samples = match found.samples_text() {
         Some(text) => {
@@ -304,7 +304,7 @@ pub(crate) fn compare<'py>(
     after: &Robot,
 ) -> PyResult<Bound<'py, PyDict>> {
     let found = with_cores(py, || Comparison::of(&before.file, &after.file))?;
-    let found = found.map_err(|error| input_error(&error, false))?;
+    let found = found.map_err(|error| input_error(&error, None))?;
     Ok(dict!(py,
         "report": loads(py, &validation::changes_json(&found))?,
         "text": plain(&validation::changes(&found)),
@@ -338,7 +338,7 @@ pub(crate) fn simulate(
         return Err(value_error(missing, "needed, here or in the robot"));
     }
     let plan = case.plan(&robot.file);
-    let plan = plan.map_err(|error| input_error(&error, false))?;
+    let plan = plan.map_err(|error| input_error(&error, None))?;
     let end = first
         .checked_add(count)
         .ok_or_else(|| value_error("n", "too many robots"))?;
@@ -347,6 +347,6 @@ pub(crate) fn simulate(
     let run = || campaign::run(&plan, &(first..end), &mut run);
     let told = || [counted.load(Relaxed), count];
     let found = with_cores_telling(py, progress.as_ref(), run, told)?;
-    let found = found.map_err(|error| input_error(&error, false))?;
+    let found = found.map_err(|error| input_error(&error, None))?;
     campaign::rows_csv(&found).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

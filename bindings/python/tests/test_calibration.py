@@ -272,6 +272,9 @@ def test_a_target_is_known_otherwise_than_the_platform_point(robot, measured):
     result = dc.calibrate(stated, q, x + place)
     assert result.targets["target"] == pytest.approx(place, abs=1)
     assert spread(result, q, target="target") < 0.1 < spread(result, q)
+    for none in (None, np.ma.masked, float("nan"), pd.NA):
+        given = np.ma.masked_array(["T"] * 40, True) if none is np.ma.masked else [none] * 40
+        np.testing.assert_array_equal(dc.calibrate(stated, q, x + place, target=given).parameters, result.parameters)
     with pytest.raises(ValueError, match="target: 'other' is none of"):
         result.position_covariance(q, target="other")
     both = {"z_mm": 0, "sigma_mm": 0.01}
@@ -389,6 +392,12 @@ def test_an_argument_that_cannot_be_used(arguments, options, message, robot, mea
         dc.calibrate(robot, *arguments(q, x), **options)
     # No option of the command.
     assert "--" not in str(error.value)
+
+
+def test_a_fault_of_the_robot_has_no_row(robot, measured):
+    _, q, x = measured
+    with pytest.raises(ValueError, match=r"^robot: \[planes.table\]: no row"):
+        dc.calibrate(robot.replace(planes={"table": {"z_mm": -500, "sigma_mm": 0.1}}), q, x)
 
 
 def test_files_that_cannot_be_used(tmp_path, robot):

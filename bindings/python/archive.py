@@ -23,6 +23,8 @@ def trim(root: Path) -> None:
     others = [path for path in root.iterdir() if path.is_dir() and path.name not in kept]
     for path in [*others, *root.glob("**/tests/"), *root.glob("**/benches/")]:
         shutil.rmtree(path, ignore_errors=True)
+    for path in root.glob("**/src/**/tests.rs"):
+        path.unlink()
     for manifest in [root / "Cargo.toml", *(root / part / "Cargo.toml" for part in PARTS)]:
         text = manifest.read_text(encoding="utf-8")
         text = re.sub(r"^\[dev-dependencies\]\n.*?(?=^\[|\Z)", "", text, flags=re.M | re.S)

@@ -45,11 +45,15 @@ def numbers(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
     return np.asarray(array, dtype, order="C")
 
 
-def check(kind: Any, **given: Any) -> None:
-    """Whether arguments that are given are of a type."""
-    for name, value in given.items():
-        if value is not None and not isinstance(value, (bool, np.bool_) if kind is bool else kind):
+def check(kind: Any, *, optional: Mapping[str, Any] | None = None, **given: Any) -> None:
+    """Whether arguments are of a type, and numbers finite; of optional ones those that are not None."""
+    stated = {name: own for name, own in (optional or {}).items() if own is not None}
+    for name, value in {**given, **stated}.items():
+        is_bool = isinstance(value, (bool, np.bool_))
+        if not (is_bool if kind is bool else isinstance(value, kind) and not is_bool):
             raise TypeError(f"{name}: {type(value).__name__}; a {'number' if kind is Real else kind.__name__} is needed")
+        if kind is Real and not math.isfinite(value):
+            raise ValueError(f"{name}: {value}; a finite number is needed")
 
 
 def rows(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
@@ -87,7 +91,7 @@ def radians(argument: str, angles: Array) -> None:
         raise ValueError(f"{argument}: {beyond}; angles are radians (numpy.deg2rad converts)")
 
 
-def samples(robot: Robot, given: Any) -> Samples:
+def samples(robot: Robot, given: Any, argument: str = "samples") -> Samples:
     """Samples or their file, a frame of all columns, or arrays by the names of the arguments, in any mixture."""
     if isinstance(given, Samples):
         return given
@@ -95,11 +99,13 @@ def samples(robot: Robot, given: Any) -> Samples:
         return _native.read_samples(given)
     frame = framed(given)
     if frame is not None:
+        if len(frame) == 0:
+            raise ValueError(f"{argument}: no rows")
         columns = {str(name): _column(str(name), frame[name].to_numpy(), len(frame)) for name in frame.columns}
         return _native.samples_of_columns(robot, "samples", list(columns.items()), None)
     all_given = [given] if isinstance(given, Mapping) else given
     if not isinstance(all_given, (list, tuple)) or not all(isinstance(own, Mapping) for own in all_given):
-        raise TypeError(f"samples: {type(given).__name__}; a file, a frame or a dict of arrays is needed")
+        raise TypeError(f"{argument}: {type(given).__name__}; a file, a frame or a dict of arrays is needed")
     parts = [_table(robot, own) for own in all_given]
     counts = [len(own) for _, own in parts]
     names = dict.fromkeys(name for own, _ in parts for name in own)
@@ -148,6 +154,11 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[dict[str, Any], Arra
     for row in np.flatnonzero(columns.get("sigma_mm", np.ones(0)) <= 0):
         raise ValueError(f"sigma: row {row}: {columns['sigma_mm'][row]}; an uncertainty above 0 mm is needed")
     columns.update((argument, _words(argument, own[argument], count)) for argument in _WORDS if argument in own)
+    # What was not measured has no plane, no point and no second pose.
+    for argument, reading in _OF.items():
+        for row in np.flatnonzero(np.isnan(columns[_NUMBERS[reading]])) if argument in own else ():
+            for column in [name for name in columns if name.startswith("to_")] if argument == "to" else [argument]:
+                columns[column][row] = np.nan if argument == "to" else ""
     # Rows without a joint or without any reading are not used.
     read = [columns[name] for name in _READ if name in columns]
     used = ~np.isnan(q).any(axis=1) & np.any(~np.isnan(read), axis=0)
@@ -191,10 +202,16 @@ def _numbers(argument: str, given: Any, count: int) -> Array:
     return _finite(argument, array)
 
 
+def _word(own: Any) -> str:
+    """None is none, and what masked arrays and frames have for it."""
+    missing = own is None or own is np.ma.masked or type(own).__name__ == "NAType" or isinstance(own, float) and math.isnan(own)
+    return "" if missing else str(own)
+
+
 def _words(argument: str, given: Any, count: int) -> list[str]:
-    """One word, or one a row; None is none."""
+    """One word, or one a row."""
     try:
-        words = [given] * count if isinstance(given, str) else ["" if own is None else str(own) for own in given]
+        words = [given] * count if isinstance(given, str) else [_word(own) for own in given]
     except TypeError:
         raise TypeError(f"{argument}: words are needed") from None
     _check_count(argument, len(words), count)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ._native import Report
+    from ._pages import Texts
     from ._types import Array, Noise, PathLike, Rows, Tolerance, Waiting
 
 
@@ -79,7 +80,7 @@ class Calibration:
     """From the robot's frame to the sensor's, array (4, 4): X_sensor = T X_robot, mm; None with ``frame="base"``."""
     method: Literal["joint", "ikm", "fkm"] = field(compare=False)
     """The estimator."""
-    report: Report = field(compare=False)
+    report: Report | Texts = field(compare=False)
     printer: dict[str, Any] | None = field(default=None, compare=False)
     """Of a printer's configuration: ``lines`` to paste, ``before`` and ``after`` (errors of the bed), ``next`` (what to
     measure), ``changes``, ``notes``, …, with the keys of docs/json.md."""
@@ -114,9 +115,9 @@ class Calibration:
         Parameters
         ----------
         q : array (…, 3), or a frame
-            Joint angles, radians.
+            Joint angles, radians: ``q=plan.q``.
         target : str, optional
-            That of a target (``"target"`` if it has no name) in place of the platform point.
+            That of a target (``"target"`` if it has no name) in place of the platform point: ``target="left"``.
 
         Returns
         -------
@@ -128,7 +129,7 @@ class Calibration:
         rods = self._of("arm1.rod_difference")
         if rods is not None:
             x, y, z = self.targets[target] if target in self.targets else np.zeros(3)
-            by = np.concatenate([by, self.robot.rods_jacobian(q, (x, y, z))], axis=-1)
+            by = np.concatenate([by, self.robot._rods_jacobian(q, (x, y, z))], axis=-1)
             places = np.concatenate([places, np.arange(rods, rods + 12)])
         found = by @ self.covariance[np.ix_(places, places)] @ np.swapaxes(by, -1, -2)
         if target is None:
@@ -155,8 +156,14 @@ class Calibration:
         return self.report.html()
 
     def write(self, path: PathLike) -> None:
-        """Writes the report, by the name of the file: .html, .json, .txt, .toml for the calibrated robot, .cfg for the
-        lines to paste into a printer's configuration."""
+        """Writes the report, or what the name of the file says.
+
+        Parameters
+        ----------
+        path : path
+            .html, .json or .txt; .toml for the robot, .cfg for the lines to paste into a printer's configuration:
+            ``path="report.html"``.
+        """
         texts = {".html": self.report.html, ".json": self.report.json, ".txt": self.report.text, ".toml": self.robot.to_toml}
         if self.printer is not None:
             lines = self.printer["lines"]
@@ -189,10 +196,10 @@ class Calibration:
 def read(robot: Robot, q: Any, x: Any, others: Mapping[str, Any]) -> Samples:
     """Samples of a frame or a file alone, or of arrays by their names."""
     given = {name: own for name, own in {"x": x, **others}.items() if own is not None}
-    several = isinstance(q, (list, tuple)) and len(q) > 0 and all(isinstance(own, dict) for own in q)
+    several = isinstance(q, (list, tuple)) and any(isinstance(own, dict) for own in q)
     alone = several or isinstance(q, (str, os.PathLike, Samples, dict))
     if not given and (alone or framed(q) is not None):
-        return samples(robot, q)
+        return samples(robot, q, "q")
     if alone:
         raise TypeError(f"{next(iter(given))}: q holds the readings already")
     if not given:
@@ -245,38 +252,40 @@ def calibrate(
     ----------
     robot : Robot, or path
         The robot before calibration, or its file. State tolerance and noise for a better result and a reliable σ. Or a
-        printer's configuration, with the heights that it holds and those of the files ``q`` and ``x``.
+        printer's configuration, with the heights that it holds and those of the files ``q`` and ``x``:
+        ``robot="robot.toml", q="samples.csv"``.
     q : array (n, 3), Samples, a samples file, a frame with its columns, a dict of arrays, or several dicts
         Joint angles, radians (mm of travel). All but the array hold the readings as well; the keys of a dict are the
-        names of the arguments down to ``name``.
+        names of the arguments down to ``name``: ``q=[{"q": q, "x": x}, {"q": q, "height": gauge, "plane": "table"}]``.
     x : array (n, 3) or frame, optional
-        Measured positions, mm, a row for each of ``q``. NaN and masked: not measured.
+        Measured positions, mm, a row for each of ``q``. NaN and masked are not measured: ``x=tracker``.
     height, plane : array (n,), name or names (n,), optional
-        Heights above a plane, mm.
+        Heights above a plane, mm: ``height=gauge, plane="table"``.
     distance, point, to : array (n,), name or names (n,), array (n, 3), optional
-        Distances, mm, from a fixed point, or from the pose of the joint angles ``to``.
+        Distances, mm, from a fixed point, or from the pose of the joint angles ``to``: ``distance=bar, point="socket"``.
     sigma : float, array (n,), (n, 3) or (n, 3, 3), optional
-        In place of ``noise``: σ of each row's readings, mm; or of each of its coordinates; or their covariance, mm².
+        In place of ``noise``, σ of each row's readings, mm; or of each of its coordinates; or their covariance, mm²:
+        ``sigma=0.02``.
     target : name or names (n,), optional
-        The target that each row measured.
+        The target that each row measured: ``target=["left", "right"] * 20``.
     name : names (n,), optional
-        Of the rows, for the report.
+        Of the rows, for the report: ``name=[f"P{row}" for row in range(40)]``.
     noise, tolerance, zero : optional
-        In place of the robot's own, as of ``Robot.nominal``.
+        In place of the robot's own, as of ``Robot.nominal``: ``tolerance=(0.5, 0.003)``.
     noise_height, noise_distance : float, optional
-        σ of heights and of distances, mm, in place of the robot's own.
+        σ of heights and of distances, mm, in place of the robot's own: ``noise_height=0.02``.
     frame : {"base", "sensor"}
-        The frame of ``x``; the sensor's may stand anywhere and is found with the parameters.
+        The frame of ``x``; the sensor's may stand anywhere and is found with the parameters: ``frame="sensor"``.
     method : {"joint", "ikm", "fkm"}, optional
-        Joint for complete positions in the robot's frame, otherwise fkm.
+        Joint for complete positions in the robot's frame, otherwise fkm: ``method="ikm"``.
     robust : bool
-        Leave out and name samples that disagree (Tukey's loss).
+        Leave out and name samples that disagree (Tukey's loss): ``robust=True``.
     limit : float, optional
-        Largest expanded uncertainty, mm rms; the report says whether it is met.
+        Largest expanded uncertainty, mm rms; the report says whether it is met: ``limit=0.1``.
     progress : bool or callable
-        Shows the time, with tqdm if that is installed; or what to call with the seconds.
+        Shows the time, with tqdm if that is installed; or what to call with the seconds: ``progress=print``.
     **printer : optional
-        Of a configuration, as of ``import_``: rods, radius, printed, shrinkage.
+        Of a configuration, as of ``import_``: ``robot="printer.cfg", shrinkage=0.002``.
 
     Raises
     ------
@@ -296,8 +305,8 @@ def calibrate(
         "height": height, "plane": plane, "distance": distance, "point": point,
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
-    check(str, frame=frame, method=method)
-    check(Real, limit=limit, noise_height=noise_height, noise_distance=noise_distance)
+    check(str, frame=frame, optional={"method": method})
+    check(Real, optional={"limit": limit, "noise_height": noise_height, "noise_distance": noise_distance})
     check(bool, robust=robust)
     if not isinstance(robot, (Robot, str, os.PathLike)):
         raise TypeError(f"robot: {type(robot).__name__}; a Robot or a path is needed")
@@ -318,25 +327,18 @@ def calibrate(
         with Told(progress, timed=True) as tell:
             found = _native.calibrate(robot, given, frame, method, robust, limit, tell)
     else:
-        more = {"noise": noise, "noise_height": noise_height, "noise_distance": noise_distance, "tolerance": tolerance, "zero": zero}
+        more = {"noise": noise, "noise_height": noise_height, "noise_distance": noise_distance, "tolerance": tolerance, "zero": zero,
+                "frame": None if frame == "base" else frame}
         for own, value in {**readings, **more}.items():
             if value is not None:
                 raise TypeError(f"{own}: is not for a printer's configuration")
         parts = [file for file in (q, x) if file is not None]
         files = [file for file in parts if isinstance(file, (str, os.PathLike))]
         if len(files) < len(parts):
-            raise TypeError("q: a file with readings of the printer is needed")
+            raise TypeError(f"q: beside {robot}, which is no robot file (.toml), files with readings of a printer are needed")
         with Told(progress, timed=True) as tell:
-            found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit, tell)
+            found = _native.calibrate_printer(robot, files, printer, method, robust, limit, tell)
     found["frame"] = _transform(found["frame"])
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")
     return Calibration(**found)
-
-
-def stated_of(printer: Mapping[str, Any]) -> dict[str, Any]:
-    """What is stated of a printer, with one length of all rods as three."""
-    known = dict(printer)
-    if isinstance(known.get("rods"), (int, float)):
-        known["rods"] = (known["rods"],) * 3
-    return {name: own for name, own in known.items() if own is not None}

@@ -13,12 +13,10 @@ __all__ = [
     "calibrate",
     "calibrate_printer",
     "compare",
-    "determined",
     "export",
     "import_",
     "plan",
     "read_samples",
-    "report_of_texts",
     "robot_of_text",
     "samples_of_bytes",
     "samples_of_columns",
@@ -85,7 +83,7 @@ class Robot:
         self, q: Rows, *, transmissions: bool = False, errors: Literal["nan", "raise"] = "nan"
     ) -> Array: ...
     def _vectors(self, argument: str, given: Rows) -> Array: ...
-    def rods_jacobian(self, q: Rows, point: Vector) -> Array: ...
+    def _rods_jacobian(self, q: Rows, point: Vector) -> Array: ...
     @property
     def parameters(self) -> Array: ...
     @property
@@ -128,7 +126,6 @@ class Report:
     def json(self) -> str: ...
     def html(self) -> str: ...
 
-def report_of_texts(text: str, json: str, html: str) -> Report: ...
 def robot_of_text(name: str, text: str) -> Robot: ...
 def samples_of_bytes(
     parts: Sequence[tuple[str, bytes]], columns: str | None
@@ -160,7 +157,8 @@ def read_samples(
 def plan(
     robot: Robot,
     count: int,
-    measure: str,
+    samples: Samples | None,
+    measure: str | None,
     frame: str,
     within: str | None,
     absolute: bool,
@@ -169,9 +167,6 @@ def plan(
     seed: int,
     names: str | None,
     progress: Any,
-) -> dict[str, Any]: ...
-def determined(
-    robot: Robot, samples: Samples, frame: str, absolute: bool, seed: int
 ) -> dict[str, Any]: ...
 def validate(robot: Robot, samples: Samples, limit: float, frame: str) -> dict[str, Any]: ...
 def export(

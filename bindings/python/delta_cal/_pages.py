@@ -57,6 +57,22 @@ def included(start: str, wanted: str) -> list[tuple[str, bytes]]:
     return [(str(path), path.read_bytes()) for path in paths if path.is_file()]
 
 
+class Texts:
+    """A report that was pickled."""
+
+    def __init__(self, *texts: str) -> None:
+        self.texts = texts
+
+    def text(self) -> str:
+        return self.texts[0]
+
+    def json(self) -> str:
+        return self.texts[1]
+
+    def html(self) -> str:
+        return self.texts[2]
+
+
 class Told:
     """What is called with the steps that are done and all, or with the seconds of what has none."""
 

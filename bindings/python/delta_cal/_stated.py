@@ -35,7 +35,39 @@ def stated(given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in own.items():
         if not (value is None or isinstance(value, Mapping)):
             raise TypeError(f"{name}: a dict is needed, of the keys that a robot file has in this section")
-    return {**found, "sections": json.dumps(own, default=np.ndarray.tolist)}
+    return {**found, "sections": f"{{{', '.join(f'{json.dumps(name)}: {_section(name, own[name])}' for name in own)}}}"}
+
+
+def _section(name: str, given: Any) -> str:
+    try:
+        return json.dumps(given, default=lambda own: own.tolist(), allow_nan=False)
+    except (AttributeError, TypeError, ValueError) as error:
+        raise ValueError(f"{name}: {error}") from None
+
+
+def printer(given: Mapping[str, Any]) -> dict[str, Any]:
+    """What is stated of a printer, by the names of the arguments: one length of all rods is that of three."""
+    own: dict[str, Any] = dict.fromkeys(("rods", "radius", "rods_sigma", "radius_sigma", "printed", "shrinkage"))
+    for name, value in given.items():
+        if name not in own:
+            raise TypeError(f"{name}: not stated of a printer")
+        own[name] = None if value is None else numbers(name, value)
+    for name in ("rods", "radius", "rods_sigma", "radius_sigma"):
+        lengths = own[name]
+        if lengths is not None:
+            if lengths.size not in ((1, 3) if name == "rods" else (1,)):
+                raise ValueError(f"{name}: shape {lengths.shape}; {'one length or three are' if name == 'rods' else 'one length is'} needed")
+            if not (lengths > 0).all() or np.isinf(lengths).any():
+                raise ValueError(f"{name}: {lengths.tolist()}; a length above 0 mm is needed")
+            own[name] = (lengths.ravel().tolist() * 3)[:3] if name == "rods" else lengths.item()
+    pairs = np.empty((0, 2)) if own["printed"] is None else own["printed"]
+    if pairs.shape[1:] != (2,) or not (np.abs(pairs[:, 1] / pairs[:, 0] - 1) < 0.1).all():
+        raise ValueError("printed: (as designed, as printed), mm, within 10 %, are needed")
+    if own["shrinkage"] is not None:
+        (own["shrinkage"],) = several("shrinkage", own["shrinkage"], 1, "a fraction")
+        if not abs(own["shrinkage"]) <= 0.1:
+            raise ValueError(f"shrinkage: {own['shrinkage']}; a fraction of up to 0.1 is needed")
+    return {**own, "printed": pairs.tolist()}
 
 
 def several(argument: str, given: Any, count: int, wanted: str) -> Any:

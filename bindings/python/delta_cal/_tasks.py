@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _native
-from ._arrays import check, samples as samples_of
-from ._calibration import _warn, read, stated_of
+from ._arrays import check, radians, samples as samples_of
+from ._calibration import _warn, read
 from ._native import Robot, Samples
 from ._pages import Told, in_frame, plain, written
 from ._stated import several
@@ -38,13 +38,13 @@ def _json(report: dict[str, Any]) -> str:
     return json.dumps(report, indent=2, ensure_ascii=False) + "\n"
 
 
-def _whole(name: str, number: Any, least: int) -> int:
+def _whole(name: str, number: Any, least: int, most: int = 2**63 - 1) -> int:
     try:
         own = operator.index(number)
     except TypeError:
         raise TypeError(f"{name}: {number!r}; a whole number is needed") from None
-    if not least <= own < 2**63:
-        raise ValueError(f"{name}: {own}; a whole number of at least {least} is needed")
+    if not least <= own <= most:
+        raise ValueError(f"{name}: {own}; a whole number of {least} to {most:.0e} is needed")
     return own
 
 
@@ -83,31 +83,28 @@ class Plan(_Result):
     text: str = field(compare=False)
 
     @property
-    def expected_error(self) -> dict[str, Any]:
+    def expected_error(self) -> dict[str, Any] | None:
         """The position error expected after them, with the keys of ``Calibration.expected_error``."""
-        error: dict[str, Any] = self.report["expected_error"]
+        error: dict[str, Any] | None = self.report.get("expected_error_with_next") or self.report["expected_error"]
         return error
 
     def write(self, path: PathLike) -> None:
-        """Writes the samples file to fill in (.csv) or the report (.json, .txt)."""
+        """Writes what the name of the file says.
+
+        Parameters
+        ----------
+        path : path
+            .csv for the samples file to fill in, .json or .txt for the report: ``path="poses.csv"``.
+        """
         written(path, {".csv": lambda: self.csv, ".json": lambda: _json(self.report), ".txt": lambda: self.text})
-
-
-@dataclass(frozen=True, repr=False)
-class Determined(_Result):
-    """What samples determine, and which to add."""
-
-    csv: str
-    """The samples to add, to fill in."""
-    report: dict[str, Any] = field(compare=False)
-    text: str = field(compare=False)
 
 
 def plan(
     robot: Robot,
     count: int = 20,
     *,
-    measure: str = "xyz",
+    samples: Rows | Samples | PathLike | Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+    measure: str | None = None,
     frame: Literal["base", "sensor"] = "base",
     within: str | None = None,
     absolute: bool = False,
@@ -121,28 +118,34 @@ def plan(
 
     Parameters
     ----------
+    robot : Robot
+        The robot as known before: ``robot=robot``.
     count : int
-        How many, 4 to 500.
-    measure : str
-        ``"xyz"`` or some of its letters, ``"plane"`` (heights), ``"distance"`` (between poses), ``"point"`` (from fixed
-        points); several with commas, ``"plane,distance=8"`` for eight at most.
+        How many, 4 to 500; with ``samples`` 0 to 500 more: ``count=12``.
+    samples : optional
+        What there is already, measured or only planned, as the ``q`` of ``calibrate``. The plan is what to add of the same
+        readings, and its report says what they determine: ``samples={"q": q, "x": x}``.
+    measure : str, optional
+        ``"xyz"``, the default, or some of its letters, ``"plane"`` (heights), ``"distance"`` (between poses), ``"point"``
+        (from fixed points); several with commas, eight of a kind at most: ``measure="xyz,plane=8"``.
     frame : {"base", "sensor"}
-        The frame of the coordinates.
+        The frame of the coordinates: ``frame="sensor"``.
     within : str, optional
-        Only poses in this box or cylinder, mm: ``"x=-100..100,y=-100..100,z=-500..-400"``, ``"r=200,z=-500..-400"``.
+        Only poses in this box (``"x=-100..100,y=-100..100,z=-500..-400"``) or cylinder, mm:
+        ``within="r=200,z=-500..-400"``.
     absolute : bool
-        Minimise the absolute error, not the relative one.
+        Minimise the absolute error, not the relative one: ``absolute=True``.
     order : {"random", "shortest"}
-        ``"shortest"`` is a short path of the joints.
+        Random, or a short path of the joints: ``order="shortest"``.
     accuracy : float, optional
-        As few measurements as leave this position error, mm rms, in place of ``count``.
+        As few measurements as leave this position error, mm rms, in place of ``count``: ``accuracy=0.1``.
     seed : int
-        Another seed gives other poses.
+        Another seed gives other poses: ``seed=2``.
     names : str, optional
-        Names the rows: ``"P"`` P01, P02, …
+        Names the rows P01, P02, …: ``names="P"``.
     progress : bool or callable
         Shows how far it is, with tqdm if that is installed; or what to call with the exchanges of measurements that are done
-        and all that are known to be needed.
+        and all that are known to be needed: ``progress=True``.
 
     Raises
     ------
@@ -150,27 +153,17 @@ def plan(
         No such measurements determine the robot, or reach ``accuracy``.
     """
     check(Robot, robot=robot)
-    check(str, measure=measure, frame=frame, within=within, order=order, names=names)
+    check(str, frame=frame, order=order, optional={"measure": measure, "within": within, "names": names})
     check(bool, absolute=absolute)
-    check(Real, accuracy=accuracy)
+    check(Real, optional={"accuracy": accuracy})
     count, seed = _whole("count", count, 0), _whole("seed", seed, 0)
+    given = None if samples is None else samples_of(robot, samples)
+    beside = {"measure": measure, "accuracy": accuracy, "order": None if order == "random" else order}
+    for name, own in beside.items():
+        if given is not None and own is not None:
+            raise ValueError(f"{name}: cannot be combined with samples")
     with Told(progress) as tell:
-        return Plan(**_native.plan(robot, count, measure, frame, within, absolute, order, accuracy, seed, names, tell))
-
-
-def determined(
-    robot: Robot,
-    samples: Rows | Samples | PathLike | Mapping[str, Any] | Sequence[Mapping[str, Any]],
-    *,
-    frame: Literal["base", "sensor"] = "base",
-    absolute: bool = False,
-    seed: int = 1,
-) -> Determined:
-    """What samples determine, measured or not (a file of a plan), and which to add: ``delta-cal plan --samples``."""
-    check(Robot, robot=robot)
-    check(str, frame=frame)
-    check(bool, absolute=absolute)
-    return Determined(**_native.determined(robot, samples_of(robot, samples), frame, absolute, _whole("seed", seed, 0)))
+        return Plan(**_native.plan(robot, count, given, measure, frame, within, absolute, order, accuracy, seed, names, tell))
 
 
 @dataclass(frozen=True, repr=False)
@@ -207,7 +200,13 @@ class Validation(_Result):
         return self.html
 
     def write(self, path: PathLike) -> None:
-        """Writes the certificate (.html) or the report (.json, .txt)."""
+        """Writes what the name of the file says.
+
+        Parameters
+        ----------
+        path : path
+            .html for the certificate, .json or .txt for the report: ``path="certificate.html"``.
+        """
         written(path, {".html": lambda: self.html, ".json": lambda: _json(self.report), ".txt": lambda: self.text})
 
     def _repr_html_(self) -> str:
@@ -234,12 +233,14 @@ def validate(
 
     Parameters
     ----------
+    robot : Robot
+        The calibrated robot: ``robot=result.robot``.
     q, x, height, plane, distance, point, to, sigma, target, name
         As of ``calibrate``.
     limit : float
-        The rms position error that passes, mm.
+        The rms position error that passes, mm: ``limit=0.1``.
     frame : {"base", "sensor", "stored"}
-        The frame of ``x``; ``"stored"`` is that which the calibration found.
+        The frame of ``x``, stored for that which the calibration found: ``frame="sensor"``.
 
     Raises
     ------
@@ -272,7 +273,13 @@ class Export(_Result):
     report: dict[str, Any] = field(compare=False)
 
     def write(self, path: PathLike) -> None:
-        """Writes the lines below their comment."""
+        """Writes the lines below their comment.
+
+        Parameters
+        ----------
+        path : path
+            Any file: ``path="lines.cfg"``.
+        """
         Path(path).write_text(self.text, encoding="utf-8")
 
 
@@ -290,24 +297,28 @@ def export(
 
     Parameters
     ----------
+    robot : Robot
+        The calibrated robot: ``robot=result.robot``.
     target : str
-        ``"klipper"``, ``"reprapfirmware"``, ``"marlin"``, ``"linuxcnc"``, ``"linuxcnc-component"``, ``"correction-table"``, …;
-        an unknown name raises an error that lists all.
+        ``"reprapfirmware"``, ``"marlin"``, ``"linuxcnc"``, ``"linuxcnc-component"``, ``"correction-table"``, …; an unknown name
+        raises an error that lists all: ``target="klipper"``.
     nominal : Robot, optional
-        The robot before its calibration.
+        The robot before its calibration: ``nominal=robot``.
     x : array (n, 3) or frame, optional
-        Positions to fit at, mm; otherwise all over the workspace.
+        Positions to fit at, mm; otherwise all over the workspace: ``x=x``.
     home : (float, float, float), optional
-        The joints at the end stops, radians or mm of travel.
+        The joints at the end stops, radians or mm of travel: ``home=(0.1, 0.1, 0.1)``.
     height : float, optional
-        The robot's origin above the controller's z = 0, mm.
+        The robot's origin above the controller's z = 0, mm: ``height=600``.
     limit : float, optional
-        The largest error between the nodes of a correction table, mm.
+        The largest error between the nodes of a correction table, mm: ``target="correction-table", limit=0.05``.
     """
-    check(Robot, robot=robot, nominal=nominal)
+    check(Robot, robot=robot, optional={"nominal": nominal})
     check(str, target=target)
-    check(Real, height=height, limit=limit)
+    check(Real, optional={"height": height, "limit": limit})
     joints = None if home is None else several("home", home, 3, "(q1, q2, q3)")
+    if joints is not None and robot.drive == "rotary":
+        radians("home", np.array(joints))
     return Export(**_native.export(robot, target, nominal, x, joints, height, limit))
 
 
@@ -329,24 +340,37 @@ class Imported:
 def import_(
     path: PathLike,
     firmware: Literal["klipper", "reprapfirmware", "marlin"] | None = None,
-    **printer: Any,
+    *,
+    rods: float | Sequence[float] | None = None,
+    radius: float | None = None,
+    rods_sigma: float | None = None,
+    radius_sigma: float | None = None,
+    printed: Sequence[tuple[float, float]] | None = None,
+    shrinkage: float | None = None,
 ) -> Imported:
     """Reads ``printer.cfg``, ``config.g`` or what M503 prints.
 
     Parameters
     ----------
-    firmware : str, optional
-        Needed if the file does not show it.
+    path : path
+        The file: ``path="printer.cfg"``.
+    firmware : {"klipper", "reprapfirmware", "marlin"}, optional
+        Needed if the file does not show it: ``firmware="klipper"``.
     rods, radius : float, optional
-        The rods (one or three) and the delta radius as made, mm, in place of those of the configuration.
+        The rods (one or three) and the delta radius as made, mm, in place of those of the configuration: ``rods=345.2``.
     rods_sigma, radius_sigma : float, optional
-        Their σ, mm.
+        Their σ, mm: ``radius=161.5, radius_sigma=0.2``.
     printed : list of (float, float), optional
-        Lengths as designed and as printed, mm.
+        Lengths as designed and as printed, mm: ``printed=[(100, 99.8), (150, 149.7)]``.
     shrinkage : float, optional
-        The fraction by which prints shrink.
+        The fraction by which prints shrink: ``shrinkage=0.002``.
     """
-    return Imported(**_native.import_(path, firmware, stated_of(printer)))
+    check(str, optional={"firmware": firmware})
+    printer = {
+        "rods": rods, "radius": radius, "rods_sigma": rods_sigma, "radius_sigma": radius_sigma,
+        "printed": printed, "shrinkage": shrinkage,
+    }
+    return Imported(**_native.import_(path, firmware, printer))
 
 
 @dataclass(frozen=True, repr=False)
@@ -364,13 +388,15 @@ def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = 
 
     Parameters
     ----------
+    robot : Robot
+        Any robot: ``robot=robot``.
     tolerance : float
-        How exact the boundary's points are, mm.
+        How exact the boundary's points are, mm: ``tolerance=0.1``.
     spacing : float, optional
-        Between lines along which they lie, mm; otherwise a part of the workspace.
+        Between lines along which they lie, mm; otherwise a part of the workspace: ``spacing=20``.
     """
     check(Robot, robot=robot)
-    check(Real, tolerance=tolerance, spacing=spacing)
+    check(Real, tolerance=tolerance, optional={"spacing": spacing})
     return Workspace(**_native.workspace(robot, tolerance, spacing))
 
 
@@ -383,7 +409,13 @@ class Comparison(_Result):
 
 
 def compare(before: Robot, after: Robot) -> Comparison:
-    """Compares the positions of two robots over the workspace, absolute and relative, with their σ."""
+    """Compares the positions of two robots over the workspace, absolute and relative, with their σ.
+
+    Parameters
+    ----------
+    before, after : Robot
+        With the same drives: ``after=result.robot``.
+    """
     check(Robot, before=before, after=after)
     return Comparison(**_native.compare(before, after))
 
@@ -407,21 +439,24 @@ def simulate(
 
     Parameters
     ----------
+    robot : Robot
+        The nominal robot, with a tolerance and noise: ``robot=robot``.
     tolerance, zero, noise : optional
-        In place of the robot's own, as of ``Robot.nominal``.
+        In place of the robot's own, as of ``Robot.nominal``: ``tolerance=(0.5, 0.003)``.
     seed, n, first : int
         The robots ``first`` to ``first + n`` of a seed. A robot is the same in every range, so ranges on many computers
-        join to one campaign.
+        join to one campaign: ``seed=7, n=100, first=200``.
     poses : int
-        Measured positions of each.
+        Measured positions of each: ``poses=30``.
     method : {"joint", "ikm", "fkm"}
-        The estimator.
+        The estimator: ``method="ikm"``.
     planned : bool
-        Poses of ``plan`` in place of random ones.
+        Poses of ``plan`` in place of random ones: ``planned=True``.
     spread : {"normal", "uniform"}
-        The tolerance as one σ, or as the limits.
+        The tolerance as one σ, or as the limits: ``spread="uniform"``.
     progress : bool or callable
-        Shows how far it is, with tqdm if that is installed; or what to call with the finished robots and ``n``.
+        Shows how far it is, with tqdm if that is installed; or what to call with the finished robots and ``n``:
+        ``progress=True``.
 
     Returns
     -------
@@ -430,7 +465,7 @@ def simulate(
         and ``error_stated`` (positions, rms over held-out poses; stated: one σ), the same of ``relative`` (after the
         best rigid motion) and ``parameter`` (with ``parameter_bound``, the Cramér–Rao bound).
     """
-    n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
+    n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1, 10**6)
     check(Robot, robot=robot)
     check(str, method=method, spread=spread)
     check(bool, planned=planned)

@@ -1,5 +1,6 @@
-"""Kinematics of 10⁶ poses beside the same formulas in NumPy by columns, processor time each, and a calibration of 40 samples
-beside the direct call in Rust. On a busy machine the shortest of many runs is nearest to what an idle one does.
+"""Kinematics of 10⁶ poses beside the same formulas in NumPy by columns, and what limits them, processor time each; frames beside
+arrays; and a calibration of 40 samples beside the direct call in Rust. On a busy machine the shortest of many runs is nearest to
+what an idle one does.
 
     python bindings/python/examples/speed.py [--write]     # writes the table into docs/python.md
 """
@@ -15,6 +16,8 @@ from pathlib import Path
 from typing import Any, Callable
 
 import numpy as np
+import pandas as pd
+import polars as pl
 from numpy.typing import NDArray
 
 import delta_cal as dc
@@ -60,7 +63,8 @@ robot = dc.Robot.nominal(
 rng = np.random.default_rng(1)
 q = rng.uniform(-0.9, 1.4, (10**6, 3))
 parameters = robot.parameters
-of_page: dict[str, list[str]] = {}
+table = {name: f"| `{name}`" for name in ("forward", "inverse", "jacobian")}
+off = []
 for number in (np.float64, np.float32):
     angles: NDArray[Any] = q.astype(number)
     of: NDArray[Any] = parameters.astype(number)
@@ -80,26 +84,31 @@ for number in (np.float64, np.float32):
         few, none = (best(20, lambda: [call(rows[:count]) for _ in range(100)])[1] for count in (1984, 0))
         arithmetic = (few - none) / 100 * len(rows) / 1984
         memory = best(20, lambda: (rows.sum(), np.full_like(found, 1.0)))[1]
-        difference = np.nanmax(np.abs(found - expected))
-        times = [own, numpy, arithmetic, memory]
-        of_page.setdefault(name, []).extend(f"{1e3 * one:.{0 if one >= 0.01 else 1}f}" for one in times)
-        print(f"{name}, {number.__name__}: {numpy / own:.1f} times as fast as NumPy, differs by {difference:.0e} at most")
-rows = [f"| `{name}` | {' | '.join(figures)} |" for name, figures in of_page.items()]
-table = "\n".join(["| | float64 | NumPy | arithmetic | memory | float32 | NumPy | arithmetic | memory |", "|" + 9 * " --- |", *rows])
-print(table)
+        table[name] += "".join(f" | {1e3 * one:.{int(one < 0.01)}f}" for one in (own, numpy, arithmetic, memory))
+        off.append(f"{name} {number.__name__} {np.nanmax(np.abs(found - expected)):.0e}")
+head = "| |" + "".join(f" {number} | NumPy | arithmetic | memory |" for number in ("float64", "float32")) + "\n|" + 9 * " --- |"
+page_table = "\n".join([head, *(f"{row} |" for row in table.values())])
+print(page_table)
+print("largest difference:", ", ".join(off))
 if "--write" in sys.argv:
     page = Path(__file__).parents[3] / "docs" / "python.md"
     before, old = page.read_text().split("<!-- speed.py -->")
     after = old.split("<!-- end -->")[1]
-    page.write_text(f"{before}<!-- speed.py -->\n{time.strftime('%-d %B %Y')}:\n\n{table}\n<!-- end -->{after}")
+    page.write_text(f"{before}<!-- speed.py -->\n{time.strftime('%-d %B %Y')}:\n\n{page_table}\n<!-- end -->{after}")
 jacobian = best(3, lambda: robot.parameter_jacobian(q))
 print(f"parameter Jacobian, 10⁶ poses: {jacobian[0]:.2f} s ({jacobian[1]:.2f} s of processors)")
+
+names = ["q1_rad", "q2_rad", "q3_rad", "x_mm", "y_mm", "z_mm"]
+many = pd.DataFrame(np.hstack([q, robot.forward(q)])[: 10**5], columns=names)
+given: dict[str, Any] = {"arrays": {"q": q[: 10**5], "x": many[names[3:]]}, "pandas": many, "polars": pl.from_pandas(many)}
+spent = {name: best(3, lambda: dc.calibrate(robot, own))[1] for name, own in given.items()}
+print("calibrate, 10⁵ rows:", ", ".join(f"{name} {own:.2f} s" for name, own in spent.items()))
+assert max(spent.values()) < 3 * spent["arrays"]
 
 sigma = np.array([0.5, 0.5, 0.5, 3.5e-3, 3.5e-3, 0.5, 0.5, 0.5])
 made = dc.Robot.from_parameters(parameters + sigma * rng.standard_normal((3, 8)), limits=robot.limits)
 poses = rng.uniform(-0.7, 1.2, (40, 3))
 seen = made.forward(poses) + 0.02 * rng.standard_normal(poses.shape)
 direct = in_rust(robot, poses, seen)
-spent = best(20, lambda: dc.calibrate(robot, poses, seen))
-print(f"calibrate, 40 samples: {1000 * spent[0]:.1f} ms", end="")
-print(f", in Rust {1000 * direct:.1f} ms: {spent[0] / direct:.2f} times" if direct else "")
+own, _ = best(20, lambda: dc.calibrate(robot, poses, seen))
+print(f"calibrate, 40 samples: {1000 * own:.1f} ms" + (f", in Rust {1000 * direct:.1f} ms: {own / direct:.2f} times" if direct else ""))

@@ -19,59 +19,42 @@ use pyo3::types::{PyDict, PyList};
 use serde_json::{Value, json};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// A report in three forms, made when it is asked for; pickled as texts.
+/// A report in three forms, made when it is asked for; pickled as `Texts` in `delta_cal/_pages.py`.
 #[pyclass(frozen, module = "delta_cal._native")]
 pub(crate) struct Report(Form);
 
 enum Form {
-    OfRobot(Box<Calibrated>, Samples),
+    OfRobot(Box<(Calibrated, Samples)>),
     OfPrinter(Box<PrinterReport>),
-    /// Text, JSON, HTML.
-    Stored([String; 3]),
-}
-
-impl Report {
-    pub(crate) fn stored(text: String, json: String, html: String) -> Self {
-        Self(Form::Stored([text, json, html]))
-    }
 }
 
 #[pymethods]
 impl Report {
     fn text(&self) -> String {
         match &self.0 {
-            Form::OfRobot(own, samples) => samples.words(&own.to_text()),
+            Form::OfRobot(own) => own.1.words(&own.0.to_text()),
             Form::OfPrinter(own) => plain(&own.to_text()),
-            Form::Stored([text, ..]) => text.clone(),
         }
     }
 
     fn json(&self) -> String {
         match &self.0 {
-            Form::OfRobot(own, _) => own.to_json(),
+            Form::OfRobot(own) => own.0.to_json(),
             Form::OfPrinter(own) => own.to_json(),
-            Form::Stored([_, json, _]) => json.clone(),
         }
     }
 
     fn html(&self, py: Python<'_>) -> String {
         py.detach(|| match &self.0 {
-            Form::OfRobot(own, _) => own.to_html(),
+            Form::OfRobot(own) => own.0.to_html(),
             Form::OfPrinter(own) => own.to_html(),
-            Form::Stored([.., html]) => html.clone(),
         })
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Again<'py, (String, String, String)>> {
-        let again = py.import("delta_cal._native")?.getattr("report_of_texts")?;
+        let again = py.import("delta_cal._pages")?.getattr("Texts")?;
         Ok((again, (self.text(), self.json(), self.html(py))))
     }
-}
-
-/// Of a pickled report.
-#[pyfunction]
-pub(crate) fn report_of_texts(text: String, json: String, html: String) -> Report {
-    Report::stored(text, json, html)
 }
 
 /// What identifies a report.
@@ -120,7 +103,7 @@ pub(crate) fn calibrate<'py>(
     };
     let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
     let (readings, report) =
-        found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
+        found.map_err(|error| calibrate_error(py, &error, samples.arrays_name()))?;
     let options = format!("{frame} {method:?} {robust} {limit:?}");
     let begin = (robot, samples, &readings);
     result(py, begin, limit, &options, report, None)
@@ -147,7 +130,7 @@ pub(crate) fn calibrate_printer<'py>(
     let (text, firmware, stated) = configuration(path, None, stated)?;
     let samples = samples.iter().map(|path| {
         let (name, bytes) = bytes_of(path)?;
-        InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, false))
+        InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, None))
     });
     let samples = samples.collect::<PyResult<Vec<_>>>()?;
     let work = || {
@@ -162,7 +145,7 @@ pub(crate) fn calibrate_printer<'py>(
         Ok((imported, report))
     };
     let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
-    let (imported, report) = found.map_err(|error| calibrate_error(py, &error, false))?;
+    let (imported, report) = found.map_err(|error| calibrate_error(py, &error, None))?;
     let robot = Robot {
         file: imported.robot.clone(),
         source: text.clone(),
@@ -197,10 +180,10 @@ fn result<'py>(
     };
     dict.set_item("before", Py::new(py, before)?)?;
     let report = match printer {
-        None => Form::OfRobot(Box::new(report), samples.clone()),
+        None => Form::OfRobot(Box::new((report, samples.clone()))),
         Some(printer) => {
             let report = with_cores(py, || PrinterReport::of(printer, report.clone()))?;
-            let report = report.map_err(|error| calibrate_error(py, &error, false))?;
+            let report = report.map_err(|error| calibrate_error(py, &error, None))?;
             let printer = json!(report.printer).to_string();
             dict.set_item("printer", loads(py, &printer)?)?;
             Form::OfPrinter(Box::new(report))

@@ -69,9 +69,14 @@ pub(crate) fn length(argument: &str, own: f64) -> PyResult<f64> {
     Err(value_error(argument, cause))
 }
 
-/// A message of arrays, whose rows have no lines.
+/// A message of arrays, which have rows in place of lines, no names of columns, and are in no file.
 pub(crate) fn in_rows(text: &str) -> String {
+    if text.starts_with("Name the columns of ") {
+        return "Convert the arrays: they are in millimetres and radians.".to_owned();
+    }
     let words = [
+        (". No file was changed", ""),
+        (", but the header says millimetres", ""),
         // Headers stand at the right.
         ("in line\n", " in row\n"),
         ("Line ", "Row "),
@@ -84,16 +89,18 @@ pub(crate) fn in_rows(text: &str) -> String {
         .fold(text.to_owned(), |text, (line, row)| text.replace(line, row))
 }
 
-/// Cause and remedy of a fault in a file, a frame or an array; `in_arrays`: its lines are rows of these arrays.
-pub(crate) fn input_error(error: &InputError, in_arrays: bool) -> PyErr {
+/// Cause and remedy of a fault in a file, a frame or an array; `arrays`: their name, if not all are files.
+pub(crate) fn input_error(error: &InputError, arrays: Option<&str>) -> PyErr {
     let mut text = error.to_string();
-    if let (true, Some(line)) = (in_arrays, error.line) {
+    if let (Some(arrays), Some(line)) = (arrays, error.line) {
         let name = &error.file;
-        text = in_rows(&text.replacen(
-            &format!("{name}:{line}:"),
-            &format!("{name}: row {line}:"),
-            1,
-        ));
+        // A robot beside arrays is no file that anybody has.
+        let place = if **name == *arrays {
+            format!("{name}: row {line}:")
+        } else {
+            "robot:".to_owned()
+        };
+        text = in_rows(&text.replacen(&format!("{name}:{line}:"), &place, 1));
     } else if let Some(excerpt) = &error.excerpt {
         text = format!("{text}\n{excerpt}");
     }
@@ -102,14 +109,22 @@ pub(crate) fn input_error(error: &InputError, in_arrays: bool) -> PyErr {
 }
 
 /// A refusal is `Refused` with its findings; all else is a `ValueError`.
-pub(crate) fn calibrate_error(py: Python<'_>, error: &CalibrateError, in_arrays: bool) -> PyErr {
+pub(crate) fn calibrate_error(
+    py: Python<'_>,
+    error: &CalibrateError,
+    arrays: Option<&str>,
+) -> PyErr {
     let refused = match error {
-        CalibrateError::Input(fault) => return input_error(fault, in_arrays),
+        CalibrateError::Input(fault) => return input_error(fault, arrays),
         CalibrateError::Refused(refused) => refused,
     };
     let words = |text: String| {
         let text = in_python(text);
-        if in_arrays { in_rows(&text) } else { text }
+        if arrays.is_some() {
+            in_rows(&text)
+        } else {
+            text
+        }
     };
     let own = (
         "refused",

@@ -243,11 +243,14 @@ pub(crate) trait Kernel<const WIDTH: usize>: Sync {
     }
 
     /// The function, and whether it holds of the pose.
+    #[inline(always)]
     fn of<N: Lane, const LINEAR: bool>(
-        own: &Lanes<N>,
-        from: Vector<N>,
-        turns: [Turn<N>; 3],
-    ) -> ([N; WIDTH], bool);
+        _: &Lanes<N>,
+        _: Vector<N>,
+        _: [Turn<N>; 3],
+    ) -> ([N; WIDTH], bool) {
+        ([N::nan(); WIDTH], false)
+    }
 }
 
 /// The function of `LANES` rows; whether all of them are clear. Those that are not begin with NaN.
@@ -343,16 +346,7 @@ fn rows<K: Kernel<WIDTH>, N: Lane, const WIDTH: usize, const LINEAR: bool>(
 /// No pose is clear.
 pub(crate) enum Exact {}
 
-impl<const WIDTH: usize> Kernel<WIDTH> for Exact {
-    #[inline(always)]
-    fn of<N: Lane, const LINEAR: bool>(
-        _: &Lanes<N>,
-        _: Vector<N>,
-        _: [Turn<N>; 3],
-    ) -> ([N; WIDTH], bool) {
-        ([N::nan(); WIDTH], false)
-    }
-}
+impl<const WIDTH: usize> Kernel<WIDTH> for Exact {}
 
 /// Joints to positions.
 pub(crate) enum Forward {}

@@ -58,13 +58,13 @@ by_fingerprint!(robot::Robot, samples::Samples);
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::calibration::{Report, calibrate, calibrate_printer, report_of_texts};
+    use crate::calibration::{Report, calibrate, calibrate_printer};
     #[pymodule_export]
     use crate::robot::{Robot, robot_of_text};
     #[pymodule_export]
     use crate::samples::{Samples, read_samples, samples_of_bytes, samples_of_columns};
     #[pymodule_export]
-    use crate::tasks::{compare, determined, export, import_, plan, simulate, validate, workspace};
+    use crate::tasks::{compare, export, import_, plan, simulate, validate, workspace};
 
     use numpy::PyArray1;
     use pyo3::prelude::*;

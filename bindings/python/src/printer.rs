@@ -4,7 +4,6 @@ use crate::errors::{input_error, value_error};
 use crate::files::{bytes_of, call_python};
 use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::{InputError, InputText};
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -15,7 +14,7 @@ pub(crate) fn configuration(
     stated: &Bound<'_, PyDict>,
 ) -> PyResult<(InputText, Firmware, Stated)> {
     let (name, bytes) = bytes_of(path)?;
-    let fault = |error| input_error(&error, false);
+    let fault = |error| input_error(&error, None);
     let text = InputText::from_bytes(name, &bytes).map_err(fault)?;
     let firmware = match firmware {
         None => Firmware::of(&text).map_err(fault)?,
@@ -27,24 +26,29 @@ pub(crate) fn configuration(
             })?
         }
     };
-    let mut own = Stated::default();
-    for (name, value) in stated.iter() {
-        let name: String = name.extract()?;
-        let fault = |_| PyTypeError::new_err(format!("{name}: lengths in mm are needed"));
-        match name.as_str() {
-            "rods" => own.rods = Some(value.extract().map_err(fault)?),
-            "radius" => own.radius = Some(value.extract().map_err(fault)?),
-            "rods_sigma" => own.rods_sigma = Some(value.extract().map_err(fault)?),
-            "radius_sigma" => own.radius_sigma = Some(value.extract().map_err(fault)?),
-            "printed" => own.printed = value.extract().map_err(fault)?,
-            "shrinkage" => own.shrinkage = Some(value.extract().map_err(fault)?),
-            _ => {
-                let cause = format!("{name}: not stated of a printer");
-                return Err(PyTypeError::new_err(cause));
-            }
-        }
-    }
-    Ok((text, firmware, own))
+    let own: Own = call_python(path.py(), "_stated", "printer", (stated,))?.extract()?;
+    let stated = Stated {
+        rods: own.rods,
+        radius: own.radius,
+        rods_sigma: own.rods_sigma,
+        radius_sigma: own.radius_sigma,
+        printed: own.printed,
+        shrinkage: own.shrinkage,
+        ..Stated::default()
+    };
+    Ok((text, firmware, stated))
+}
+
+/// What is stated of a printer: arguments, which `delta_cal/_stated.py` prepares.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Own {
+    rods: Option<[f64; 3]>,
+    radius: Option<f64>,
+    rods_sigma: Option<f64>,
+    radius_sigma: Option<f64>,
+    printed: Vec<[f64; 2]>,
+    shrinkage: Option<f64>,
 }
 
 /// The files that a line of a configuration includes, beside the file with the line.

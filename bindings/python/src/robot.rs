@@ -47,7 +47,7 @@ type NoPose = Box<dyn Error>;
 impl Robot {
     /// Of the text of a robot file.
     pub(crate) fn of_text(source: InputText) -> PyResult<Self> {
-        let file = RobotFile::read(&source).map_err(|error| input_error(&error, false))?;
+        let file = RobotFile::read(&source).map_err(|error| input_error(&error, None))?;
         Ok(Self { file, source })
     }
 
@@ -112,10 +112,17 @@ impl Robot {
 
     /// With other keys in sections of its file.
     fn merged(&self, sections: serde_json::Map<String, Value>) -> PyResult<Self> {
+        let names = sections.keys().cloned().collect::<Vec<_>>().join(", ");
         let mut whole = self.sections()?;
         merge(&mut whole, Value::Object(sections));
         let text = toml::to_string(&whole).map_err(|error| value_error("robot", error))?;
-        Self::of_text(InputText::new(&self.file.name, &text))
+        let source = InputText::new(&self.file.name, &text);
+        let file = RobotFile::read(&source).map_err(|mut error| {
+            // Nobody has this text: the sections are arguments.
+            (error.file, error.line) = (names.into(), None);
+            input_error(&error, None)
+        })?;
+        Ok(Self { file, source })
     }
 
     /// The sections of its file.
@@ -242,18 +249,19 @@ impl Robot {
     /// Parameters
     /// ----------
     /// base_radius, platform_radius, upper_arm, forearm : float
-    ///     Base centre to motor axes, platform centre to forearm ends, and the two links, mm.
+    ///     Base centre to motor axes, platform centre to forearm ends, and the two links, mm: `upper_arm=260`.
     /// limits : (float, float)
-    ///     Smallest and largest joint angle, radians; positive angles swing the arm towards the platform.
+    ///     Smallest and largest joint angle, radians; positive angles swing the arm towards the platform: `limits=(-1.05, 1.57)`.
     /// tolerance : (float, float), optional
-    ///     One σ of the lengths (mm) and angles (radians) of the parts as made: the prior.
+    ///     One σ of the lengths (mm) and angles (radians) of the parts as made, the prior: `tolerance=(0.5, 0.003)`.
     /// zero : float, optional
-    ///     One σ of the joint zeros, radians, where they are less exact than the parts.
+    ///     One σ of the joint zeros, radians, where they are less exact than the parts: `tolerance=(0.5, 0.003), zero=0.1`.
     /// noise : (float, float), optional
-    ///     One σ of a measured coordinate (mm, or three) and of a joint angle (radians): the weights.
+    ///     One σ of a measured coordinate (mm, or three) and of a joint angle (radians), the weights: `noise=((0.01, 0.01,
+    ///     0.03), 3e-5)`.
     /// **sections : dict
-    ///     Sections of the robot file with the keys and units that docs/instruments.md lists, `noise` and `tolerance`
-    ///     among them: `target={"z_mm": -40}`, `noise={"height_mm": 0.02}`. A key that is None is removed.
+    ///     Sections of the robot file with its keys and units, `noise` and `tolerance` among them; a key that is None is
+    ///     removed: `target={"x_mm": 0, "y_mm": 0, "z_mm": -40}`.
     ///
     /// Raises
     /// ------
@@ -296,15 +304,16 @@ impl Robot {
     /// Parameters
     /// ----------
     /// parameters : array (3, 8)
-    ///     As of `Robot.parameters`.
+    ///     A row an arm: Dx, Dy, Dz (mm), theta, alpha (radians), La_x, La_y, Lb (mm); of linear drives Dx, Dy, Dz (mm),
+    ///     lean_x, lean_y (radians), scale, 0, Lb (mm): `parameters=robot.parameters`.
     /// limits : (float, float)
-    ///     Smallest and largest joint: radians, or mm of travel.
+    ///     Smallest and largest joint, radians, or mm of travel: `limits=robot.limits`.
     /// transmissions : array (3, 5), optional
-    ///     As of `Robot.transmissions`; otherwise they are exact.
+    ///     A row an arm: gain, then cos, sin, cos2, sin2 (radians); otherwise joints are exact: `transmissions=np.zeros((3, 5))`.
     /// drive : {"rotary", "linear"}
-    ///     What moves the elbows.
+    ///     What moves the elbows: `drive="rotary"`.
     /// tolerance, zero, noise, sections
-    ///     As of `nominal`.
+    ///     As of `nominal`: `tolerance=(0.5, 0.003)`.
     #[staticmethod]
     #[pyo3(
         signature = (parameters, *, limits, drive="rotary", **stated),
@@ -356,6 +365,11 @@ impl Robot {
 
     /// Reads a robot file, with its convention, tolerance, noise and instruments.
     ///
+    /// Parameters
+    /// ----------
+    /// path : path
+    ///     The file: `path="robot.toml"`.
+    ///
     /// Raises
     /// ------
     /// OSError
@@ -366,10 +380,17 @@ impl Robot {
     fn read(path: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (name, bytes) = bytes_of(path)?;
         let text = InputText::from_bytes(name, &bytes);
-        Self::of_text(text.map_err(|error| input_error(&error, false))?)
+        Self::of_text(text.map_err(|error| input_error(&error, None))?)
     }
 
     /// A robot of the text of a robot file.
+    ///
+    /// Parameters
+    /// ----------
+    /// text : str
+    ///     The file's text: `text=robot.to_toml()`.
+    /// name : str
+    ///     What messages call it: `text=robot.to_toml(), name="robot"`.
     ///
     /// Raises
     /// ------
@@ -382,6 +403,11 @@ impl Robot {
     }
 
     /// Writes the robot file, which `delta-cal` reads as well.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path
+    ///     The file: `path="calibrated.toml"`.
     fn write(&self, path: &Bound<'_, PyAny>) -> PyResult<()> {
         write(path, self.source.text())
     }
@@ -403,7 +429,7 @@ impl Robot {
     /// parameters, limits, transmissions
     ///     As of `from_parameters`.
     /// tolerance, zero, noise, sections
-    ///     As of `nominal`. `convention` counts the same robot in another way.
+    ///     As of `nominal`; `convention` counts the same robot in another way: `convention={"z_axis": "down"}`.
     #[pyo3(
         signature = (**stated),
         text_signature = "(self, *, parameters=None, limits=None, transmissions=None, tolerance=None, zero=None, noise=None, **sections)"
@@ -417,11 +443,12 @@ impl Robot {
     /// Parameters
     /// ----------
     /// q : array (…, 3), or a frame with the columns of a samples file
-    ///     Joint angles, radians.
+    ///     Joint angles, radians: `q=[0.1, 0.2, 0.3]`.
     /// target : str or (3,), optional
-    ///     A target of the robot file, "tool", or a point of the platform, mm.
+    ///     A target of the robot file, "tool", or a point of the platform, mm: `target=(0, 0, -40)`.
     /// errors : {"nan", "raise"}
-    ///     How to treat a row without a pose: out of reach, at a singularity, more than 1° outside the limits.
+    ///     How to treat a row without a pose, out of reach, at a singularity, more than 1° outside the limits:
+    ///     `errors="raise"`.
     ///
     /// Returns
     /// -------
@@ -448,11 +475,11 @@ impl Robot {
     /// Parameters
     /// ----------
     /// x : array (…, 3), or a frame with the columns of a samples file
-    ///     Positions of the platform point, or of the target, mm.
+    ///     Positions of the platform point, or of the target, mm: `x=[26.2, 14.9, -412.4]`.
     /// target
     ///     As of `forward`.
     /// errors : {"nan", "raise"}
-    ///     How to treat a row that no joint angles within the limits reach.
+    ///     How to treat a row that no joint angles within the limits reach: `errors="raise"`.
     ///
     /// Returns
     /// -------
@@ -511,7 +538,7 @@ impl Robot {
     /// q, errors
     ///     As of `forward`; NaN also at singularities.
     /// transmissions : bool
-    ///     The 15 numbers of `transmissions` below them.
+    ///     The 15 numbers of `transmissions` below them: `transmissions=True`.
     ///
     /// Returns
     /// -------
@@ -533,6 +560,7 @@ impl Robot {
 
     /// ∂x/∂n of the twelve numbers of the arms' rods, to first order, at a point of the platform, mm: array (…, 3, 12), mm per
     /// mm or radian. NaN at singularities; 0 if the spacing of the rods is not stated.
+    #[pyo3(name = "_rods_jacobian")]
     fn rods_jacobian<'py>(
         &self,
         q: &Bound<'py, PyAny>,

@@ -27,7 +27,7 @@ pub(crate) struct Samples {
     /// Shapes of the covariances of the rows of arrays.
     shapes: Vec<Option<Matrix3<f64>>>,
     /// Whether they are arrays or a frame, whose rows count from 0, and no file.
-    pub(crate) in_arrays: bool,
+    in_arrays: bool,
     pub(crate) text: InputText,
 }
 
@@ -45,7 +45,7 @@ impl Samples {
         let mut texts = Vec::new();
         for (name, bytes) in &parts {
             let text = with_cores(py, || InputText::from_bytes(name, bytes))?;
-            let text = text.map_err(|error| input_error(&error, false))?;
+            let text = text.map_err(|error| input_error(&error, None))?;
             texts.push(text.with_columns(mapping.clone()));
         }
         let mut texts = texts.into_iter();
@@ -81,6 +81,11 @@ impl Samples {
     pub(crate) fn words(&self, text: &str) -> String {
         let text = plain(text);
         if self.in_arrays { in_rows(&text) } else { text }
+    }
+
+    /// The name of arrays, whose rows count from 0; none of a file.
+    pub(crate) fn arrays_name(&self) -> Option<&str> {
+        self.in_arrays.then(|| self.text.name())
     }
 
     /// Of a line: of arrays the index of its row.
@@ -134,7 +139,12 @@ type Parts<'py> = (Vec<Part<'py>>, Option<String>);
 
 #[pymethods]
 impl Samples {
-    /// What the rows hold, as a robot's convention has it.
+    /// What the rows hold.
+    ///
+    /// Parameters
+    /// ----------
+    /// robot : Robot
+    ///     Its convention is that of the rows: `robot=robot`.
     ///
     /// Returns
     /// -------
@@ -143,7 +153,7 @@ impl Samples {
     ///     of the file, or the index of the row of arrays.
     fn arrays<'py>(&self, py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyDict>> {
         let readings = with_cores(py, || self.readings(robot, Options::default()))?;
-        let readings = readings.map_err(|error| calibrate_error(py, &error, self.in_arrays))?;
+        let readings = readings.map_err(|error| calibrate_error(py, &error, self.arrays_name()))?;
         let convention = robot.file.convention;
         let rows = &readings.rows;
         let count = rows.len();
@@ -208,11 +218,11 @@ impl Samples {
 /// Parameters
 /// ----------
 /// path : path
-///     Joint angles and what was measured there; or joint angles alone.
+///     Joint angles and what was measured there; or joint angles alone: `path="samples.csv"`.
 /// positions : path, optional
-///     What was measured, if the first file has the joint angles alone.
+///     What was measured, if the first file has the joint angles alone: `positions="positions.csv"`.
 /// columns : str, optional
-///     What columns hold whose names do not say it: `"q1_deg=A1,x_mm=Pos X"`.
+///     What columns hold whose names do not say it: `columns="q1_deg=A1,x_mm=Pos X"`.
 ///
 /// Raises
 /// ------

@@ -13,25 +13,28 @@ use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
 use delta_cal_host::halt::Steps;
 use delta_cal_host::planning::{
-    self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Region, Wishes, labelled, plan_for,
+    self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Planned, Region, Wishes, labelled,
+    plan_for,
 };
 use delta_cal_host::report::{plan as plan_report, validation, workspace as workspace_report};
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
-use delta_cal_host::{InputText, Options, Planned};
+use delta_cal_host::{InputText, Options, Planned as Rows, RobotFile};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people.
+/// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people. With `samples` what to
+/// add to these, and what they determine.
 #[pyfunction]
 pub(crate) fn plan<'py>(
     py: Python<'py>,
     robot: &Robot,
     count: usize,
-    measure: &str,
+    samples: Option<&Samples>,
+    measure: Option<&str>,
     frame: &str,
     within: Option<&str>,
     absolute: bool,
@@ -41,13 +44,14 @@ pub(crate) fn plan<'py>(
     names: Option<&str>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let wishes: Wishes = measure
-        .parse()
-        .map_err(|cause: String| value_error("measure", cause))?;
+    let wishes = measure.map_or(Ok(Wishes::only(Kind::XYZ)), str::parse::<Wishes>);
+    let wishes = wishes.map_err(|cause| value_error("measure", cause))?;
     let region = within.map(str::parse::<Region>).transpose();
     let region = region.map_err(|cause| value_error("within", cause))?;
-    if accuracy.is_none() && !(LEAST..=MOST).contains(&count) {
-        let cause = format!("{count}; {LEAST} to {MOST} measurements can be planned");
+    accuracy.map(|own| length("accuracy", own)).transpose()?;
+    let least = if samples.is_some() { 0 } else { LEAST };
+    if accuracy.is_none() && !(least..=MOST).contains(&count) {
+        let cause = format!("{count}; {least} to {MOST} measurements can be planned");
         return Err(value_error("count", cause));
     }
     let steps = Steps::default();
@@ -60,6 +64,9 @@ pub(crate) fn plan<'py>(
         steps: Some(&steps),
         ..PlanRequest::new(&robot.file, wishes, count)
     };
+    if let Some(samples) = samples {
+        return added(py, &request, samples, names);
+    }
     let plan = || match accuracy {
         Some(accuracy) => plan_for(&request, accuracy),
         None => planning::plan(&request),
@@ -67,19 +74,51 @@ pub(crate) fn plan<'py>(
     let found = with_cores_telling(py, progress.as_ref(), plan, || steps.counted())?;
     let mut found = found.map_err(|error| plan_error(py, error))?;
     found.measurements = labelled(found.measurements, names, 1);
-    let convention = robot.file.convention;
-    let rows = &found.measurements;
+    let (json, text) = (plan_report::json(&found), plan_report::text(&found));
+    planned(py, &robot.file, &found.measurements, &json, plain(&text))
+}
+
+/// What samples determine, and what to add.
+fn added<'py>(
+    py: Python<'py>,
+    request: &PlanRequest<'_>,
+    samples: &Samples,
+    names: Option<&str>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let file = with_cores(py, || Rows::read(&samples.text, request.robot))?;
+    let file = file.map_err(|mut error| {
+        error.line = error.line.map(|own| samples.place_of(own));
+        input_error(&error, samples.arrays_name())
+    })?;
+    let unmeasured = file.unmeasured.iter();
+    let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
+    let readings = samples.placed(file.readings);
+    let found = with_cores(py, || Determined::by(request, &readings, &unmeasured))?;
+    let mut found = found.map_err(|error| plan_error(py, error))?;
+    found.next = labelled(found.next, names, 1);
+    let json = plan_report::samples_json(&found);
+    let text = samples.words(&plan_report::samples_text(&found));
+    planned(py, request.robot, &found.next, &json, text)
+}
+
+fn planned<'py>(
+    py: Python<'py>,
+    robot: &RobotFile,
+    rows: &[Planned],
+    json: &str,
+    text: String,
+) -> PyResult<Bound<'py, PyDict>> {
+    let convention = robot.convention;
     let q = rows
         .iter()
         .flat_map(|own| convention.directed(&own.reading.joints));
     let x = rows.iter().flat_map(|own| own.position_mm);
-    let json = plan_report::json(&found);
     Ok(dict!(py,
         "q": array(py, q.collect(), &[rows.len(), 3])?,
         "x": array(py, x.collect(), &[rows.len(), 3])?,
-        "csv": plan_report::csv(rows, &robot.file.convention),
-        "report": loads(py, &json)?,
-        "text": plain(&plan_report::text(&found)),
+        "csv": plan_report::csv(rows, &convention),
+        "report": loads(py, json)?,
+        "text": text,
     ))
 }
 
@@ -100,36 +139,6 @@ fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
     }
 }
 
-/// What samples determine, and what to add: the samples file to fill in, the report for programs and for people.
-#[pyfunction]
-pub(crate) fn determined<'py>(
-    py: Python<'py>,
-    robot: &Robot,
-    samples: &Samples,
-    frame: &str,
-    absolute: bool,
-    seed: u64,
-) -> PyResult<Bound<'py, PyDict>> {
-    let request = PlanRequest {
-        frame: word("frame", frame, FRAMES)?,
-        absolute,
-        seed,
-        ..PlanRequest::new(&robot.file, Wishes::only(Kind::XYZ), LEAST)
-    };
-    let file = with_cores(py, || Planned::read(&samples.text, &robot.file))?;
-    let file = file.map_err(|error| input_error(&error, false))?;
-    let unmeasured = file.unmeasured.iter();
-    let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
-    let readings = samples.placed(file.readings);
-    let found = with_cores(py, || Determined::by(&request, &readings, &unmeasured))?;
-    let found = found.map_err(|error| plan_error(py, error))?;
-    Ok(dict!(py,
-        "csv": plan_report::csv(&found.next, &robot.file.convention),
-        "report": loads(py, &plan_report::samples_json(&found))?,
-        "text": samples.words(&plan_report::samples_text(&found)),
-    ))
-}
-
 /// Verdict, report for programs, certificate and text.
 #[pyfunction]
 pub(crate) fn validate<'py>(
@@ -146,7 +155,7 @@ pub(crate) fn validate<'py>(
         frame: word("frame", if stored { "sensor" } else { frame }, FRAMES)?,
         stored,
     };
-    check_independent(&robot.source, &samples.text).map_err(|error| input_error(&error, false))?;
+    check_independent(&robot.source, &samples.text).map_err(|error| input_error(&error, None))?;
     let found = with_cores(py, || {
         let options = Options {
             frame: request.frame,
@@ -155,7 +164,7 @@ pub(crate) fn validate<'py>(
         let readings = samples.readings(robot, options)?;
         delta_cal_host::validation::validate(&robot.file, &readings, request)
     })?;
-    let found = found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
+    let found = found.map_err(|error| calibrate_error(py, &error, samples.arrays_name()))?;
     let document = document(robot, samples);
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
     Ok(dict!(py,
@@ -184,6 +193,7 @@ pub(crate) fn export<'py>(
     height: Option<f64>,
     limit: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    limit.map(|own| length("limit", own)).transpose()?;
     let drive = robot.file.robot.drive();
     let found = target_of(target, drive);
     let target = found.map_err(|error| value_error("target", in_python(error)))?;
@@ -245,7 +255,7 @@ pub(crate) fn import_<'py>(
     let (text, firmware, stated) = configuration(path, firmware, stated)?;
     let found = firmware.import(&text, &stated, &included);
     let found = found.and_then(|own| own.with_prints(&stated, &[]));
-    let found = found.map_err(|error| input_error(&error, false))?;
+    let found = found.map_err(|error| input_error(&error, None))?;
     let robot = Robot::of_text(InputText::new(&found.robot.name, &found.robot_text()))?;
     let samples = match found.samples_text() {
         Some(text) => {
@@ -297,7 +307,7 @@ pub(crate) fn compare<'py>(
     after: &Robot,
 ) -> PyResult<Bound<'py, PyDict>> {
     let found = with_cores(py, || Comparison::of(&before.file, &after.file))?;
-    let found = found.map_err(|error| input_error(&error, false))?;
+    let found = found.map_err(|error| input_error(&error, None))?;
     Ok(dict!(py,
         "report": loads(py, &validation::changes_json(&found))?,
         "text": plain(&validation::changes(&found)),
@@ -331,7 +341,7 @@ pub(crate) fn simulate(
         return Err(value_error(missing, "needed, here or in the robot"));
     }
     let plan = case.plan(&robot.file);
-    let plan = plan.map_err(|error| input_error(&error, false))?;
+    let plan = plan.map_err(|error| input_error(&error, None))?;
     let end = first
         .checked_add(count)
         .ok_or_else(|| value_error("n", "too many robots"))?;
@@ -340,6 +350,6 @@ pub(crate) fn simulate(
     let run = || campaign::run(&plan, &(first..end), &mut run);
     let told = || [counted.load(Relaxed), count];
     let found = with_cores_telling(py, progress.as_ref(), run, told)?;
-    let found = found.map_err(|error| input_error(&error, false))?;
+    let found = found.map_err(|error| input_error(&error, None))?;
     campaign::rows_csv(&found).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

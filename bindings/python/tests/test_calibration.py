@@ -206,6 +206,14 @@ def test_what_was_not_measured_is_left_out(robot, measured):
     for result in (dc.calibrate(robot, q, masked), dc.calibrate(robot, q, with_nan), dc.calibrate(robot, np.ma.masked_array(q, masked.mask), x)):
         np.testing.assert_array_equal(result.parameters, without.parameters)
         assert result.lines.tolist() == [row for row in range(40) if row != 5]
+    # A plane or a point that holds for all rows, of which some have no such reading.
+    some = np.where(np.arange(40) < 20, x[:, 2] + 800, np.nan)
+    for own in ({"height": some, "plane": "table"}, {"distance": some, "point": "ball"}, {"distance": some, "to": np.roll(q, 1, axis=0)}):
+        kind = next(iter(own))
+        halves = [{"q": q[:20], "x": x[:20], **{name: part if isinstance(part, str) else part[:20] for name, part in own.items()}},
+                  {"q": q[20:], "x": x[20:]}]
+        found = [dc._arrays.samples(robot, given).arrays(robot)[kind] for given in ({"q": q, "x": x, **own}, halves)]
+        np.testing.assert_array_equal(*found)
     one = with_nan.copy()
     one[5, :2] = x[5, :2]
     assert np.isnan(dc.calibrate(robot, q, one).residuals[5]).tolist() == [False, False, True]
@@ -264,6 +272,9 @@ def test_a_target_is_known_otherwise_than_the_platform_point(robot, measured):
     result = dc.calibrate(stated, q, x + place)
     assert result.targets["target"] == pytest.approx(place, abs=1)
     assert spread(result, q, target="target") < 0.1 < spread(result, q)
+    for none in (None, np.ma.masked, float("nan"), pd.NA):
+        given = np.ma.masked_array(["T"] * 40, True) if none is np.ma.masked else [none] * 40
+        np.testing.assert_array_equal(dc.calibrate(stated, q, x + place, target=given).parameters, result.parameters)
     with pytest.raises(ValueError, match="target: 'other' is none of"):
         result.position_covariance(q, target="other")
     both = {"z_mm": 0, "sigma_mm": 0.01}
@@ -315,6 +326,9 @@ def test_a_refusal_has_findings(robot, measured):
         dc.calibrate(robot, q[:, [1, 0, 2]], x)
     findings = refused.value.findings
     assert findings[0]["kind"] == "refused" and findings[0]["remedy"]
+    with pytest.raises(dc.Refused, match="Convert the arrays") as metres:
+        dc.calibrate(robot, q, x / 1000)
+    assert "header" not in str(metres.value) and "file was" not in str(metres.value)
     assert any("exchanged" in finding["text"] for finding in findings) and refused.value.rows == []
     wrong = x.copy()
     wrong[[3, 9]] += 30
@@ -350,6 +364,13 @@ FAULTS = [
     (lambda q, x: (q, x), {"noise_height": -1}, "noise_height: -1"),
     (lambda q, x: (q, x), {"noise_plane": 1}, "noise_plane: is no argument"),
     (lambda q, x: (q, x), {"robust": "yes"}, "robust: str; a bool"),
+    (lambda q, x: (q, x), {"frame": None}, "frame: NoneType; a str"),
+    (lambda q, x: (q, x), {"limit": True}, "limit: bool; a number"),
+    (lambda q, x: (q, x), {"limit": np.nan}, "limit: nan; a finite number"),
+    (lambda q, x: (q, x), {"noise": {"height_mm": np.nan}}, "noise: Out of range"),
+    (lambda q, x: (q, x), {"noise": {"joint": 1}}, "(?s)noise: unknown field `joint`.*joint = 1"),
+    (lambda q, x: ([{"q": q, "x": x}, 3],), {}, "q: list; a file, a frame or a dict"),
+    (lambda q, x: (pd.DataFrame(columns=["q1_deg"]),), {}, "q: no rows"),
     (lambda q, x: (q, x), {"progress": 3}, "progress: int"),
     (lambda q, x: (pd.DataFrame(np.hstack([q, x])),), {}, "samples"),
     (lambda q, x: ([{"q": q, "x": x[1:]}],), {}, "x: 39 rows, and q has 40"),
@@ -371,6 +392,12 @@ def test_an_argument_that_cannot_be_used(arguments, options, message, robot, mea
         dc.calibrate(robot, *arguments(q, x), **options)
     # No option of the command.
     assert "--" not in str(error.value)
+
+
+def test_a_fault_of_the_robot_has_no_row(robot, measured):
+    _, q, x = measured
+    with pytest.raises(ValueError, match=r"^robot: \[planes.table\]: no row"):
+        dc.calibrate(robot.replace(planes={"table": {"z_mm": -500, "sigma_mm": 0.1}}), q, x)
 
 
 def test_files_that_cannot_be_used(tmp_path, robot):
@@ -424,8 +451,9 @@ def test_a_printer_is_calibrated_as_by_the_command(command, monkeypatch, tmp_pat
     assert result.printer["lines"] == paste.read_text() and result.printer["next"]
     result.write(tmp_path / "lines.cfg")
     assert (tmp_path / "lines.cfg").read_text() == paste.read_text()
-    with pytest.raises(TypeError, match="zero: "):
-        dc.calibrate("printer/printer.cfg", zero=0.1)
+    for option in ({"zero": 0.1}, {"frame": "sensor"}, {"rods": (345, 345)}, {"radius": -1}, {"shrinkage": 2}, {"printed": [(0, 1)]}, {"rod": 1}):
+        with pytest.raises((TypeError, ValueError), match=f"^{next(iter(option))}: "):
+            dc.calibrate("printer/printer.cfg", **option)
 
 
 def test_warnings_are_pythons(robot, measured):

@@ -189,6 +189,7 @@ def test_frames_by_the_names_of_their_columns(frame):
         (lambda: dc.Robot.from_parameters(PRINTER.parameters, limits=(-1, 1)), "parameters: .*linear"),
         (lambda: dc.Robot.from_parameters(PRINTER.parameters + 0.1, limits=(0, 300), drive="linear"), r"parameters: \[0, 6\]"),
         (lambda: dc.Robot.from_toml("[nominal]\nbase_radius_mm = 'x'"), "robot:1: missing field `joints`"),
+        (lambda: ROBOT.replace(colour={"a": 1}), "^colour: "),
         (lambda: ROBOT.replace(zero=0.1), "zero: "),
     ],
 )
@@ -218,6 +219,7 @@ def test_a_data_sheet_that_cannot_be(change, message):
 def test_sections_are_those_of_the_file():
     robot = ROBOT.replace(target={"x_mm": 0, "y_mm": 0, "z_mm": -40}, noise={"height_mm": 0.02, "joint_deg": 0.01}, convention={"z_axis": "down"})
     assert robot.to_dict()["target"]["z_mm"] == -40
+    assert ROBOT.replace(target={"x_mm": np.int64(0), "y_mm": 0, "z_mm": np.float32(-40)}).to_dict()["target"]["z_mm"] == -40
     # The same robot, counted in another way.
     np.testing.assert_allclose(robot.forward(Q), ROBOT.forward(Q) * [1, -1, -1])
     assert "target" not in robot.replace(target=None).to_dict()

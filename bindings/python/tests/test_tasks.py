@@ -47,9 +47,13 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
         ({"measure": "plate"}, "measure: "),
         ({"within": "r=200"}, "within: "),
         ({"order": "any"}, "order: "),
+        ({"accuracy": 0.0}, "accuracy: 0; a length above 0"),
+        ({"samples": {"q": [[0, 0, 0]]}}, "q: row 0: the row does not say"),
         ({"frame": "sensor", "measure": "plane"}, "frame: "),
         ({"frame": "sensor", "absolute": True}, r"absolute: .*\n.*state \[datum"),
         ({"within": "r=10,z=100..200"}, "usable poses within"),
+        *(({"samples": {"q": [[0, 0, 0]], "x": [[0, 0, -400]]}, **more}, f"{next(iter(more))}: ")
+          for more in ({"measure": "xyz"}, {"accuracy": 0.1}, {"order": "shortest"}, {"count": 501})),
     ],
 )
 def test_a_plan_that_cannot_be(options, message, robot):
@@ -66,8 +70,11 @@ def test_a_plan_that_cannot_be(options, message, robot):
         (lambda robot: dc.calibrate(robot, [[0, 0, 0]], [[0, 0, -400]], method=3), "method: int"),
         (lambda robot: dc.validate(robot, [[0, 0, 0]], [[0, 0, -400]], limit="0.1"), "limit: str"),
         (lambda robot: dc.export(robot, "klipper", home=3), r"home: \(q1, q2, q3\) is needed"),
-        (lambda robot: dc.determined(robot, [[0, 0, 0]]), "samples: list; a file, a frame"),
+        (lambda robot: dc.plan(robot, samples=[[0, 0, 0]]), "samples: list; a file, a frame"),
         (lambda robot: dc.export(robot, "klipper", home="top"), "home: dtype"),
+        (lambda robot: dc.export(robot, "klipper", home=(-50, -50, -50)), "home: .*radians"),
+        (lambda robot: dc.export(robot, "correction-table", limit=0.0), "limit: 0; a length above 0"),
+        (lambda robot: dc.validate(robot, [[0, 0, 0]], [[0, 0, -400]], limit=None), "limit: NoneType"),
         (lambda robot: dc.workspace(robot, tolerance="fine"), "tolerance: str"),
         (lambda robot: dc.compare(robot, "robot.toml"), "after: str"),
         (lambda robot: dc.simulate(robot, method=1), "method: int"),
@@ -145,7 +152,7 @@ def test_a_robot_of_a_campaign_is_the_same_in_every_range(robot):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"n": -1}, "n: "), ({"poses": 0}, "poses: "), ({"method": "guess"}, "guess"), ({"spread": "even"}, "even")],
+    [({"n": -1}, "n: "), ({"poses": 0}, "poses: "), ({"poses": 10**9}, "poses: 10"), ({"method": "guess"}, "guess"), ({"spread": "even"}, "even")],
 )
 def test_a_campaign_that_cannot_be(options, message, robot):
     with pytest.raises(ValueError, match=message):
@@ -176,12 +183,21 @@ def test_progress_is_told(robot):
     dc.plan(robot, 8, progress=True)
 
 
-def test_what_rows_determine(robot, measured):
-    _, q, x = measured
-    few, many = (dc.determined(robot, {"q": q[:count], "x": x[:count]}) for count in (3, 40))
-    errors = [own.to_dict()["expected_error"]["absolute_rms_mm"] for own in (few, many)]
+def test_what_to_add_to_samples(robot, measured, tmp_path):
+    made, q, x = measured
+    few, many = (dc.plan(robot, 0, samples={"q": q[:count], "x": x[:count]}) for count in (3, 40))
+    errors = [own.expected_error["absolute_rms_mm"] for own in (few, many)]
     assert errors[1] == pytest.approx(dc.calibrate(robot, q, x).expected_error["absolute_rms_mm"], rel=0.2) and errors[0] > 3 * errors[1]
-    assert "rows 0, 1 and 2" in str(few) and "q1_deg" in few.csv
+    assert "rows 0, 1 and 2" in str(few) and few.q.shape == (0, 3)
+    # What is added leaves as much as it says.
+    added = dc.plan(robot, 9, samples={"q": q[:3], "x": x[:3]}, names="A", seed=2)
+    assert len(added.q) == 9 and "A9" in added.csv and added.expected_error["absolute_rms_mm"] < 0.5 * errors[0]
+    both = np.vstack([q[:3], added.q])
+    result = dc.calibrate(robot, both, made.forward(both))
+    assert result.expected_error["absolute_rms_mm"] == pytest.approx(added.expected_error["absolute_rms_mm"], rel=0.2)
+    added.write(tmp_path / "more.csv")
+    again = dc.plan(robot, 4, samples=tmp_path / "more.csv", within="r=150,z=-600..-350", absolute=True)
+    assert again.to_dict()["unmeasured_lines"] and (np.hypot(*again.x.T[:2]) <= 150 + 1e-9).all()
 
 
 def test_workspace_and_comparison(robot, measured):

@@ -1,0 +1,125 @@
+"""docs/python.md: its code runs, and its tables are every argument of every function, from the docstrings.
+
+DELTA_CAL_ARGUMENTS=write writes the tables anew.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+import shutil
+
+import numpy as np
+import pytest
+from conftest import EXAMPLES, ROOT
+
+import delta_cal as dc
+
+PAGE = ROOT / "docs" / "python.md"
+HEADING = "\n## Arguments\n"
+
+
+def functions():
+    """Functions and methods by their names."""
+    for name in dc.__all__:
+        own = getattr(dc, name)
+        if not inspect.isclass(own):
+            if callable(own):
+                yield name, own
+        elif not issubclass(own, (tuple, Exception)):
+            methods = ((method, getattr(own, method)) for method in dir(own) if not method.startswith("_"))
+            yield from ((f"{name}.{method}", each) for method, each in methods if callable(each))
+
+
+def entries(function):
+    """Of each argument, or several together: names, type and description, example."""
+    section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w+\n---|\Z)", inspect.getdoc(function) or "", re.M | re.S)
+    for names, kind, text in re.findall(r"^(\S[^:\n]*?)(?: : (.*))?\n((?:    .*\n?)+)", section[1] if section else "", re.M):
+        text = " ".join(text.split()).replace("``", "`")
+        own = [name.strip() for name in names.split(",")]
+        text, example = re.fullmatch(rf"(.*?)(?:: `((?:\w+=).*)`)?\.?", text).groups()
+        yield own, ". ".join(part for part in (kind, text) if part), example
+
+
+def arguments(function):
+    return [name for name in inspect.signature(function).parameters if name != "self"]
+
+
+def tables():
+    text = HEADING
+    for name, function in functions():
+        rows = [f"| {', '.join(f'`{own}`' for own in names)} | {said} | {f'`{example}`' if example else ''} |"
+                for names, said, example in entries(function)]
+        if rows:
+            text += "\n".join([f"\n### `{name}`\n", "| argument | shape, unit | example |", "| --- | --- | --- |", *rows, ""])
+    return text
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with the files that page and docstrings name."""
+    monkeypatch.chdir(tmp_path)
+    for source in ("paper-robot/robot.toml", "paper-robot/samples.csv", "printer/printer.cfg"):
+        shutil.copy(EXAMPLES / source, tmp_path)
+    shutil.copy("samples.csv", "positions.csv")
+    (tmp_path / "host").symlink_to(ROOT / "host")
+
+
+def test_the_code_of_the_page_runs(folder, measured):
+    made, rng = measured[0], np.random.default_rng(1)
+    names = {"track": lambda q: made.forward(q) + 0.02 * rng.standard_normal(q.shape)}
+    for block in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S):
+        exec(block, names)  # noqa: S102
+
+
+def test_every_argument_is_described():
+    for name, function in functions():
+        described = [own.strip("*") for names, *_ in entries(function) for own in names]
+        assert sorted(described) == sorted(arguments(function)), name
+
+
+def test_the_page_has_every_argument():
+    text = PAGE.read_text(encoding="utf-8")
+    if os.environ.get("DELTA_CAL_ARGUMENTS") == "write":
+        text = text.split(HEADING)[0] + tables()
+        PAGE.write_text(text, encoding="utf-8")
+    assert HEADING + text.split(HEADING)[-1] == tables()
+
+
+def test_every_example_runs(folder, robot, measured):
+    made, q, x = measured
+    robot = robot.replace(noise={"height_mm": 0.02, "distance_mm": 0.02})
+    sides = {name: {"x_mm": place, "y_mm": 0, "z_mm": 0, "sigma_mm": 0.01} for name, place in (("left", -30), ("right", 30))}
+    of_targets = {"robot": robot.replace(targets=sides), "q": q, "x": x + np.tile([[-30, 0, 0], [30, 0, 0]], (20, 1))}
+    result, plan = dc.calibrate(**of_targets, target=["left", "right"] * 20), dc.plan(robot, 12)
+    check = made.forward(plan.q)
+    names = {"np": np, "robot": robot, "q": q, "x": x, "tracker": x, "result": result, "plan": plan,
+             "gauge": x[:, 2] + 500, "bar": np.linalg.norm(x - [0, 0, -700], axis=1)}
+    given = {
+        "Robot.nominal": {"base_radius": 194, "platform_radius": 30, "upper_arm": 260, "forearm": 480, "limits": robot.limits},
+        "Robot.from_parameters": {"parameters": robot.parameters, "limits": robot.limits},
+        **{f"Robot.{name}": {"q": q} for name in ("forward", "jacobian", "parameter_jacobian")},
+        "Robot.inverse": {"x": x},
+        "Calibration.position_covariance": {"q": q},
+        "calibrate": {"robot": robot, "q": q, "x": x},
+        "compare": {"before": robot, "after": result.robot},
+        "export": {"robot": result.robot, "target": "klipper"},
+        "import_": {"path": "printer.cfg"},
+        "plan": {"robot": robot, "count": 8},
+        "read_samples": {"path": "samples.csv"},
+        "simulate": {"robot": robot, "n": 20},
+        "validate": {"robot": result.robot, "q": plan.q, "x": check, "limit": 0.2},
+        "workspace": {"robot": robot, "tolerance": 1.0, "spacing": 50},
+    }
+    objects = {"Robot": robot, "Calibration": result, "Plan": plan, "Export": dc.export(robot, "klipper"),
+               "Samples": dc.read_samples("samples.csv"), "Validation": dc.validate(result.robot, plan.q, check, limit=0.2)}
+    for name, function in functions():
+        owner, _, own_name = name.rpartition(".")
+        for _, _, example in entries(function):
+            own = eval(f"dict({example or ''})", names)  # noqa: S307
+            base = {**given.get(name, {}), **(of_targets if name == "calibrate" and "target" in own else {})}
+            # A robot's file, or readings of several kinds, take the place of the arrays.
+            arrays = () if isinstance(own.get("robot", robot), dc.Robot) and not isinstance(own.get("q"), list) else ("q", "x")
+            call = getattr(objects.get(owner, dc), own_name)
+            call(**{key: value for key, value in base.items() if key not in arrays or name != "calibrate"} | own)

@@ -9,6 +9,7 @@ use crate::files::robot_file::Tool;
 use crate::files::samples_file::Reading;
 use crate::fit::solution::{OF_ROBOT, PARAMETERS};
 use crate::fit::{HEIGHTS, Options, Solution, solve};
+use crate::geometry::range;
 use crate::import::Imported;
 use crate::order;
 use crate::text::rounded;
@@ -56,12 +57,14 @@ pub(crate) fn contradicting(
 /// One touch of so many may be bad; of more, one does not decide.
 const TOUCHES: std::ops::RangeInclusive<usize> = 6..=30;
 /// How often a touch is bad, and σ of what it is off then, mm.
-const OFTEN: f64 = 0.01;
+const OFTEN: f64 = 0.007;
 const BADLY: f64 = 1.0;
 /// How far a printer is off its configuration if it was never calibrated and if it was, in tolerances, and the factors of the noise
 /// below and above the usual; σ of the height that all touches have in common, mm.
-const PRINTERS: [(f64, [f64; 2]); 2] = [(1.0, HEIGHTS.1), (0.03, [2.0; 2])];
+const PRINTERS: [(f64, [f64; 2]); 2] = [(1.0, HEIGHTS.1), (0.01, [2.0, 2.5])];
 const COMMON: f64 = 0.3;
+/// End stops are alike to this, mm.
+const ALIKE: f64 = 1e-6;
 /// Levels of the noise, each half a σ of its logarithm from the next, to either side of the usual.
 const LEVELS: u8 = 4;
 /// A second touch is named if its odds are so much less at most, as a logarithm.
@@ -112,9 +115,12 @@ fn odds(imported: &Imported, touches: &[Touched]) -> Option<Vec<[f64; 2]>> {
     let mut none = f64::NEG_INFINITY;
     let mut odds = vec![[none, 0.0]; touches.len()];
     let mut most = vec![none; touches.len()];
+    // End stops that are all alike were never calibrated.
+    let (low, high) = range(imported.home);
+    let printers = if high - low < ALIKE { 1 } else { 2 };
     let sides =
         PRINTERS.map(|(part, [below, above])| [(part, 1.0 / below.sqrt()), (part, above.sqrt())]);
-    for (part, factor) in sides.into_iter().flatten() {
+    for (part, factor) in sides.into_iter().take(printers).flatten() {
         let mut noise = HEIGHTS.0;
         for level in 0..=LEVELS {
             let widths = 0.5 * f64::from(level);

@@ -291,7 +291,19 @@ impl Case<'_> {
             };
             height = self.settings.height.unwrap_or(usual);
         }
-        let start = Geometry::start(drive, &shapes, holds, height);
+        let usual = || match drive {
+            Drive::Linear => [self.robot.limits.maximum(); 3],
+            Drive::Rotary => [highest(self.robot); 3],
+        };
+        let home = self.settings.home.unwrap_or_else(usual);
+        let mut start = Geometry::start(drive, &shapes, holds, height);
+        if holds.zeros == geometry::Each::Shared {
+            // All arms have the same angle at their end stops.
+            let mean = home.iter().sum::<f64>() / 3.0;
+            for (arm, home) in start.arms.iter_mut().zip(home) {
+                arm.zero += home - mean;
+            }
+        }
         if holds.heights == geometry::Each::Fixed {
             // The controller's z = 0 is in the plane of its arms.
             frame.shift.z -= Shape::mean(&shapes).height;
@@ -317,16 +329,12 @@ impl Case<'_> {
             self.wanted,
         );
         let (geometry, frame) = found.ok_or(ExportError::Unreached)?;
-        let usual = || match drive {
-            Drive::Linear => [self.robot.limits.maximum(); 3],
-            Drive::Rotary => [highest(self.robot); 3],
-        };
         let fitted = Fitted {
             robot: self.robot,
             convention,
             settings: &self.settings,
             geometry,
-            home: self.settings.home.unwrap_or_else(usual),
+            home,
             reach: self.wanted.reach(),
         };
         Ok((fitted, frame))

@@ -23,7 +23,7 @@ pub(crate) use estimators::{Closure, by_arms};
 use serde::{Deserialize, Serialize};
 pub use solution::{Solution, Unsolved};
 pub use solve::solve;
-pub(crate) use solve::solve_with;
+pub(crate) use solve::{HEIGHTS, solve_with};
 pub use unknowns::Unknown;
 
 /// The estimator.

@@ -55,6 +55,11 @@ impl Firmware {
         Self::GrblHal,
     ];
 
+    /// The one of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|own| own.name() == name)
+    }
+
     /// Name on the command line, in sentences, what states where the probe is beside the nozzle, and the length of forearms.
     const fn words(self) -> [&'static str; 4] {
         const KLIPPER: &str = "x_offset and y_offset of [probe]";
@@ -156,13 +161,21 @@ impl Firmware {
     /// Reads a configuration; stated values replace configured ones.
     ///
     /// # Errors
-    /// Not a Delta, a value that is missing or damaged, or an impossible geometry.
+    /// A file of another firmware, not a Delta, a value that is missing or damaged, or an impossible geometry.
     pub fn import(
         self,
         input: &InputText,
         stated: &Stated,
         includes: &Includes<'_>,
     ) -> Result<Imported, InputError> {
+        if let Some(other) = Self::wrote(input).filter(|own| *own != self) {
+            let cause = format!("this file is {}'s", other.title());
+            let remedy = format!(
+                "use delta-cal import {}: its numbers have another meaning",
+                other.name()
+            );
+            return Err(InputError::new(input.name(), cause).with_remedy(remedy));
+        }
         let stated = &Stated {
             kept: imported::kept(input.text()),
             apart: imported::apart(input.text()),

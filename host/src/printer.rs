@@ -10,7 +10,7 @@ mod notes;
 mod shape;
 
 use crate::calibration::{CalibrateError, Refused, read_samples};
-use crate::files::input::InputText;
+use crate::files::input::{InputError, InputText};
 use crate::fit::Options;
 use crate::import::{Firmware, Imported, Includes, Stated, lengths, touched};
 pub use area::{ACROSS, Better, Map, Off};
@@ -46,6 +46,14 @@ pub fn read(
             of_prints.extend(found);
         } else if let Some(touched) = touched(&printer, samples)? {
             printer = touched;
+        } else if let Some(own) = Firmware::wrote(samples) {
+            let cause = format!(
+                "this is a configuration of {}, without touches",
+                own.title()
+            );
+            return Err(InputError::new(samples.name(), cause)
+                .with_remedy("give the console's answers to touching the bed in its place")
+                .into());
         } else {
             let readings = read_samples(samples, &printer.robot, options)?;
             printer = printer.with_readings(readings);

@@ -18,13 +18,10 @@ pub(crate) fn configuration(
     let text = InputText::from_bytes(name, &bytes).map_err(fault)?;
     let firmware = match firmware {
         None => Firmware::of(&text).map_err(fault)?,
-        Some(name) => {
-            let mut all = Firmware::ALL.into_iter();
-            all.find(|own| own.name() == name).ok_or_else(|| {
-                let names = Firmware::ALL.map(Firmware::name).join(", ");
-                value_error("firmware", format!("one of {names} is needed"))
-            })?
-        }
+        Some(name) => Firmware::named(name).ok_or_else(|| {
+            let names = Firmware::ALL.map(Firmware::name).join(", ");
+            value_error("firmware", format!("one of {names} is needed"))
+        })?,
     };
     let own: Own = call_python(path.py(), "_stated", "printer", (stated,))?.extract()?;
     let stated = Stated {

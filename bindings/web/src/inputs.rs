@@ -150,8 +150,8 @@ impl Request {
 
     fn firmware(&self, text: &InputText) -> Result<Firmware, InputError> {
         let named = self.firmware.as_deref();
-        let mut all = Firmware::ALL.into_iter();
-        all.find(|own| Some(own.name()) == named)
+        named
+            .and_then(Firmware::named)
             .map_or_else(|| Firmware::of(text), Ok)
     }
 

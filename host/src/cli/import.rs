@@ -7,13 +7,12 @@ use crate::files::length::{Measured, measured};
 use crate::import::{Firmware, Imported, Stated, printed, shrinkage};
 use crate::{InputError, InputText};
 use clap::Args;
-use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-CONTROLLER is one of:
+CONTROLLER, if the file does not tell it, is one of:
   klipper           printer.cfg: kinematics: delta or rotary_delta, and the
                     measurements that DELTA_CALIBRATE and DELTA_ANALYZE saved
   reprapfirmware    config.g or config-override.g: M665 or M669 K10, and M666
@@ -33,12 +32,9 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
 pub(crate) struct ImportArguments {
-    /// The firmware of the configuration, one of those listed below
-    #[arg(value_name = "CONTROLLER", value_parser = PossibleValuesParser::new(Firmware::ALL.map(Firmware::name)), hide_possible_values = true)]
-    controller: String,
-    /// The configuration
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// The configuration, after the name of its firmware where that is not evident
+    #[arg(value_name = "[CONTROLLER] FILE", num_args = 1..=2, required = true)]
+    configuration: Vec<PathBuf>,
     /// The folder to write to; the program makes it if it does not exist
     #[arg(long = "output", value_name = "FOLDER")]
     folder: PathBuf,
@@ -111,17 +107,26 @@ pub(crate) fn includes(from: &str, wanted: &str) -> Result<Vec<InputText>, Input
 }
 
 pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
-    if is_stream(&arguments.file) || is_stream(&arguments.folder) {
+    let names = arguments.configuration.as_slice();
+    let (file, controller) = names.split_last().unwrap_or((&arguments.folder, &[]));
+    if is_stream(file) || is_stream(&arguments.folder) {
         return Err(Failure::usage(
             "the configuration and the folder need names",
             "write for example delta-cal import klipper printer.cfg --output mine",
         ));
     }
     let stated = arguments.stated.stated()?;
-    let mut all = Firmware::ALL.into_iter();
-    let firmware = all.find(|own| own.name() == arguments.controller);
-    let firmware = firmware.unwrap_or(Firmware::Klipper);
-    let input = configuration(&arguments.file)?;
+    let input = configuration(file)?;
+    let firmware = match controller {
+        [] => Firmware::of(&input)?,
+        [name, ..] => Firmware::named(&name.to_string_lossy()).ok_or_else(|| {
+            let known = Firmware::ALL.map(Firmware::name).join(", ");
+            Failure::usage(
+                format!("{} is no controller to import from", name.display()),
+                format!("write the file alone, or after one of {known}"),
+            )
+        })?,
+    };
     let imported = firmware.import(&input, &stated, &includes)?;
     let imported = imported.with_prints(&stated, &[])?;
     let folder = arguments.folder.as_path();

@@ -18,7 +18,7 @@ const USUAL_FREEDOM: f64 = 3.0;
 const LEAST_FREEDOM: f64 = 2.5;
 /// The most likely σ of heights, mm, and the factors below and above it that are one σ of its logarithm: few touches are much better,
 /// and those of rough beds much worse. Its degrees of freedom, with which stated bed errors are those of simulated printers.
-const HEIGHTS: (f64, [f64; 2]) = (0.015, [2.0, 4.0]);
+pub(crate) const HEIGHTS: (f64, [f64; 2]) = (0.015, [2.0, 4.0]);
 const HEIGHT_FREEDOM: f64 = 4.8;
 const ROUNDS: u32 = 60;
 /// A σ below this fraction of the forearm is rounding error.

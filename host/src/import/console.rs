@@ -63,7 +63,7 @@ pub(super) struct Touch {
 /// probe's offset. `None` if there are no answers.
 ///
 /// # Errors
-/// Answers without places; a place that the printer does not reach; G33 without the radius of its circle.
+/// Answers without places or with decimal commas; a place that the printer does not reach; G33 without the radius of its circle.
 pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>, InputError> {
     let content = text.text().to_ascii_lowercase();
     let read = table(text.name(), &content)?;
@@ -182,6 +182,12 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
     for (line, own) in lines {
         let after = |words: &str| own.find(words).map(|at| &own[at + words.len()..]);
         let number = |key: &str| after(key).and_then(first);
+        let mut heights = ["z:", "z=", "stopped at height"].into_iter();
+        if heights.any(|key| after(key).is_some_and(has_decimal_comma)) {
+            return Err(InputError::new(text.name(), "a height has a decimal comma")
+                .at_line(line)
+                .with_remedy("write all decimals with a point"));
+        }
         let mut add = |named, x: Option<f64>, y: Option<f64>, z: Option<f64>| {
             if let (Some(x), Some(y), Some(z)) = (x, y, z) {
                 let at = [x, y, z];
@@ -431,6 +437,15 @@ fn first(text: &str) -> Option<f64> {
     let own = text.trim_start();
     let end = own.find(|own: char| !"+-.0123456789e".contains(own));
     own[..end.unwrap_or(own.len())].parse().ok()
+}
+
+/// Whether the number at the start has a comma between digits.
+fn has_decimal_comma(text: &str) -> bool {
+    let digit = |own: char| own.is_ascii_digit();
+    let own = text.trim_start_matches([' ', '+', '-']);
+    let rest = own.trim_start_matches(digit);
+    let decimals = rest.strip_prefix(',').unwrap_or_default();
+    own.starts_with(digit) && decimals.starts_with(digit)
 }
 
 /// Direction, fraction of the radius, and height of each point in a line of G33's table.

@@ -102,6 +102,12 @@ fn read(
     for input in files(input, firmware, includes)? {
         let mut header = Header::default();
         for (line, own) in (1..).zip(input.text().lines()) {
+            let code = own.split(';').next().unwrap_or_default();
+            if code.split_whitespace().any(|word| word == "G20") {
+                return Err(InputError::new(input.name(), "the lengths are in inches")
+                    .at_line(line)
+                    .with_remedy("send G21, then let the controller write its settings again"));
+            }
             let (name, constant) = header.line(own).unzip();
             let answered = || {
                 let of_duet = firmware == Firmware::RepRapFirmware;
@@ -217,7 +223,7 @@ fn files(
 /// Reads the printer that M665 and M666 describe.
 ///
 /// # Errors
-/// No M665, a word that is missing or damaged, a file of another firmware, or an impossible geometry.
+/// No M665, a word that is missing or damaged, or an impossible geometry.
 pub(super) fn import(
     input: &InputText,
     firmware: Firmware,
@@ -225,14 +231,6 @@ pub(super) fn import(
     includes: &Includes<'_>,
 ) -> Result<Imported, InputError> {
     let name = input.name();
-    if let Some(other) = Firmware::wrote(input).filter(|own| *own != firmware) {
-        let cause = format!("this file is {}'s", other.title());
-        let remedy = format!(
-            "use delta-cal import {}: its numbers have another meaning",
-            other.name()
-        );
-        return Err(InputError::new(name, cause).with_remedy(remedy));
-    }
     let words = read(input, firmware, includes)?;
     if let Some(rotary) = of_gcode(&words, stated)? {
         return Ok(rotary);

@@ -52,13 +52,16 @@ pub(super) fn touches(imported: &Imported, robot: &Robot<f64>) -> Vec<[f64; 2]> 
 }
 
 /// Touches of a calibrated printer agree with its configuration to this, mm rms.
-pub(super) const AGREE: f64 = 0.045;
+const AGREE: f64 = 0.045;
 /// Fewer touches show as many errors as a calibration has unknowns: with lines from six, 3 of 21 simulated calibrated printers
 /// became flatter.
 const IMPROVING: usize = 7;
 
-/// The touches of the bed: their rows, their places, and how far the configuration is off there, mm.
-pub(super) fn off(imported: &Imported) -> Vec<(usize, Vector2<f64>, f64)> {
+/// A touch of the bed: its row, its place, and how far the configuration is off there, mm.
+pub(super) type Touched = (usize, Vector2<f64>, f64);
+
+/// The touches of the bed.
+pub(super) fn off(imported: &Imported) -> Vec<Touched> {
     let measured = imported.readings.rows.len() - imported.held;
     let rows = imported.readings.rows.iter().take(measured).enumerate();
     let off = rows.filter_map(|(index, row)| {
@@ -69,18 +72,13 @@ pub(super) fn off(imported: &Imported) -> Vec<(usize, Vector2<f64>, f64)> {
     off.collect()
 }
 
-/// Mean, and rms about it.
-pub(super) fn scatter(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let count = values.clone().count() as f64;
-    let mean = values.clone().sum::<f64>() / count;
-    let squares = values.map(|own| (own - mean).powi(2)).sum::<f64>();
-    (mean, (squares / count).sqrt())
-}
-
 /// How well touches agree with the configuration that are too few to improve it, mm rms.
 pub(super) fn too_few(imported: &Imported) -> Option<f64> {
     let off = off(imported);
-    let (_, left) = scatter(off.iter().map(|own| own.2));
+    let count = off.len() as f64;
+    let mean = off.iter().map(|own| own.2).sum::<f64>() / count;
+    let squares = off.iter().map(|own| (own.2 - mean) * (own.2 - mean));
+    let left = (squares.sum::<f64>() / count).sqrt();
     (off.len() < IMPROVING && left < AGREE).then_some(left)
 }
 

@@ -1,15 +1,21 @@
 //! Readings and statements of a printer that contradict each other.
 
-use super::area::{AGREE, off, scatter};
+use super::area::{Touched, off};
 use super::assess::Printer;
+use crate::accuracy::information::prior;
+use crate::accuracy::uncertainty::jacobian;
 use crate::calibration::Refused;
-use crate::fit::solution::PARAMETERS;
-use crate::fit::{Options, Solution, solve};
+use crate::files::robot_file::Tool;
+use crate::files::samples_file::Reading;
+use crate::fit::solution::{OF_ROBOT, PARAMETERS};
+use crate::fit::{HEIGHTS, Options, Solution, solve};
+use crate::geometry::range;
 use crate::import::Imported;
+use crate::order;
 use crate::text::rounded;
-use delta_cal::Robot;
 use delta_cal::robot::{Arm, Drive};
-use nalgebra::SVector;
+use delta_cal::{Real, Robot};
+use nalgebra::{DMatrix, DVector, SVector, Vector3};
 
 /// Noise so many times the usual is doubtful.
 pub(crate) const DOUBTFUL: f64 = 3.0;
@@ -48,37 +54,141 @@ pub(crate) fn contradicting(
     None
 }
 
-/// One touch of so many may be bad.
-const LEAST_TOUCHES: usize = 6;
-/// A bad one is off by so many times what the others are, and never by less than that many times the usual noise.
-const BAD: f64 = 6.0;
-const TOUCH: f64 = 0.02;
+/// One touch of so many may be bad; of more, one does not decide.
+const TOUCHES: std::ops::RangeInclusive<usize> = 6..=30;
+/// How often a touch is bad, and σ of what it is off then, mm.
+const OFTEN: f64 = 0.007;
+const BADLY: f64 = 1.0;
+/// How far a printer is off its configuration if it was never calibrated and if it was, in tolerances, and the factors of the noise
+/// below and above the usual; σ of the height that all touches have in common, mm.
+const PRINTERS: [(f64, [f64; 2]); 2] = [(1.0, HEIGHTS.1), (0.01, [2.0, 2.5])];
+const COMMON: f64 = 0.3;
+/// End stops are alike to this, mm.
+const ALIKE: f64 = 1e-6;
+/// Levels of the noise, each half a σ of its logarithm from the next, to either side of the usual.
+const LEVELS: u8 = 4;
+/// A second touch is named if its odds are so much less at most, as a logarithm.
+const AS_LIKELY: f64 = 2.3;
+
+/// ln(eᵃ + eᵇ).
+fn log_sum(a: f64, b: f64) -> f64 {
+    a.max(b) + (1.0 + (-(a - b).abs()).exp()).natural_logarithm()
+}
+
+/// The covariance J P Jᵀ of what these touches of a printer within the tolerance are off.
+fn spread(imported: &Imported, touches: &[Touched]) -> Option<DMatrix<f64>> {
+    let (robot, own) = (&imported.robot, &imported.configured);
+    let by_errors = touches.iter().map(|(row, ..)| {
+        let Reading { joints, target, .. } = imported.readings.rows.get(*row)?.value;
+        let at = own.forward(&joints).ok()?;
+        let target = robot.instruments.targets.get(target);
+        let tool = Tool {
+            place: target.map_or_else(Vector3::zeros, |own| own.place),
+            ..robot.tool()
+        };
+        let jacobian = jacobian::<OF_ROBOT>(own, &tool, &at, &joints)?;
+        Some(jacobian.row(2).transpose())
+    });
+    let by_errors: Vec<_> = by_errors.collect::<Option<_>>()?;
+    let prior = prior(robot)?;
+    let between = |a: usize, b: usize| by_errors[a].dot(&(prior * by_errors[b]));
+    Some(DMatrix::from_fn(touches.len(), touches.len(), between))
+}
+
+/// Of each touch the logarithm of the odds that it is bad, against none being so, and how far it is off what the others expect, mm.
+/// Whether the printer was calibrated, so that it is off by t tolerances, and the noise σ, which is log-normal, are unknown: sums over
+/// both. With what touches are off, y, and S = t² J P Jᵀ + σ² + the common height's variance,
+///
+/// ```text
+/// ln p(y) = −½ yᵀ S⁻¹ y − ½ ln |S|
+/// ```
+///
+/// and if touch i is off by N(0, s²) besides, with v = 1 / (S⁻¹)ᵢᵢ and d = v (S⁻¹ y)ᵢ, its distance from what the others expect,
+/// this is larger by
+///
+/// ```text
+/// ½ ln v/(v + s²) + d²/2v − d²/2(v + s²)
+/// ```
+fn odds(imported: &Imported, touches: &[Touched]) -> Option<Vec<[f64; 2]>> {
+    let y = DVector::from_iterator(touches.len(), touches.iter().map(|own| own.2));
+    let of_errors = spread(imported, touches)?;
+    let mut none = f64::NEG_INFINITY;
+    let mut odds = vec![[none, 0.0]; touches.len()];
+    let mut most = vec![none; touches.len()];
+    // End stops that are all alike were never calibrated.
+    let (low, high) = range(imported.home);
+    let printers = if high - low < ALIKE { 1 } else { 2 };
+    let sides =
+        PRINTERS.map(|(part, [below, above])| [(part, 1.0 / below.sqrt()), (part, above.sqrt())]);
+    for (part, factor) in sides.into_iter().take(printers).flatten() {
+        let mut noise = HEIGHTS.0;
+        for level in 0..=LEVELS {
+            let widths = 0.5 * f64::from(level);
+            let mut spread = (&of_errors * (part * part)).add_scalar(COMMON * COMMON);
+            for place in 0..touches.len() {
+                spread[(place, place)] += noise * noise;
+            }
+            let root = spread.cholesky()?;
+            let weighed = root.solve(&y);
+            let diagonal = root.l_dirty().diagonal();
+            let logarithms = diagonal.iter().map(|own| own.natural_logarithm());
+            // The distance of two levels in ln σ weighs them.
+            let all = factor.natural_logarithm().abs().natural_logarithm()
+                - 0.5 * (widths * widths + y.dot(&weighed))
+                - logarithms.sum::<f64>();
+            none = log_sum(none, all);
+            let inverse = root.inverse();
+            for (place, [odds, off]) in odds.iter_mut().enumerate() {
+                let variance = 1.0 / inverse[(place, place)];
+                let by = variance * weighed[place];
+                let wide = variance + BADLY * BADLY;
+                let gain = (OFTEN * OFTEN * variance / wide).natural_logarithm()
+                    + by * by * (1.0 / variance - 1.0 / wide);
+                let bad = all + 0.5 * gain;
+                *odds = log_sum(*odds, bad);
+                if bad > most[place] {
+                    (most[place], *off) = (bad, by);
+                }
+            }
+            noise *= factor;
+        }
+    }
+    for own in &mut odds {
+        own[0] -= none;
+    }
+    Some(odds)
+}
 
 /// The refusal of touches of which one decides, so that it has to be touched again before any line is pasted.
 pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
-    let off = off(imported);
+    let touches = off(imported);
     // The end stops of arms that motors turn make a bowl.
-    if off.len() < LEAST_TOUCHES || imported.configured.drive() == Drive::Rotary {
+    if !TOUCHES.contains(&touches.len()) || imported.configured.drive() == Drive::Rotary {
         return None;
     }
-    let without = |(index, at, own): &(usize, _, f64)| {
-        let others = off.iter().filter(|other| other.0 != *index);
-        let (mean, left) = scatter(others.map(|other| other.2));
-        (left, *index, *at, own - mean)
-    };
-    let tried = off.iter().map(without);
-    let (left, index, at, by) = tried.min_by(|one, other| one.0.total_cmp(&other.0))?;
-    if left > AGREE || by.abs() < BAD * left.max(TOUCH) {
+    let odds = odds(imported, &touches)?;
+    if odds
+        .iter()
+        .map(|own| own[0])
+        .fold(f64::NEG_INFINITY, log_sum)
+        < 0.0
+    {
         return None;
     }
-    let name = imported.names.get(index)?;
-    let cause = format!(
-        "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the others agree with the \
-         configuration to {left:.2} mm rms.",
-        at.x, at.y
-    );
+    let mut likely: Vec<_> = touches.iter().zip(odds).collect();
+    order::sort_by(&mut likely, |(_, [odds, _])| -odds);
+    let least = likely.first()?.1[0] - AS_LIKELY;
+    let likely = likely.iter().take(2).filter(|(_, [odds, _])| *odds > least);
+    let named = likely.filter_map(|((row, at, _), [_, by])| {
+        let name = imported.names.get(*row)?;
+        Some(format!(
+            "{name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off",
+            at.x, at.y
+        ))
+    });
+    let named = named.collect::<Vec<_>>().join(", or ");
     Some(Refused::new(
-        cause,
+        format!("One touch decides: {named} what the other touches expect."),
         "Clean bed and nozzle, and touch that place again. If it is the same again, touch four more places around it.",
     ))
 }

@@ -350,7 +350,7 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
             "nozzle on a sheet of paper at x, y = {places} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)"
         ),
         Firmware::FluidNc | Firmware::GrblHal => format!(
-            "touch the bed at x, y = {places} as well, and write the heights into a table x_mm,y_mm,height_mm"
+            "touch the bed at x, y = {places} as well (G38.2), and give all answers [PRB:…] of the console"
         ),
         Firmware::RepRapFirmware | Firmware::Marlin => {
             "touch the bed at 16 places: delta-cal plan with --count 16 writes the G30 commands"

@@ -4,7 +4,7 @@
 pub(crate) mod controllers;
 pub(crate) mod klipper;
 mod refusals;
-mod robots;
+pub(crate) mod robots;
 mod round_trip;
 mod structured_text;
 mod tables;

@@ -102,11 +102,12 @@ pub(crate) fn towers(target: &str, lines: &str) -> Delta {
     }
 }
 
-/// The separator and the names of f, e, rf and re; CODESYS has radii in place of sides.
+/// The separator and the names of f, e, rf and re, and of the angle of all arms at their end stops, positive downwards; CODESYS has
+/// radii in place of sides.
 const FOUR_LENGTHS: &str = "
     smoothieware ⇒ _   ⇒ delta_f ⇒ delta_e ⇒ delta_rf ⇒ delta_re
-    fluidnc      ⇒ :_  ⇒ base_triangle_mm ⇒ end_effector_triangle_mm ⇒ crank_mm ⇒ linkage_mm
-    grblhal      ⇒ =   ⇒ $643 ⇒ $644 ⇒ $642 ⇒ $641
+    fluidnc      ⇒ :_  ⇒ base_triangle_mm ⇒ end_effector_triangle_mm ⇒ crank_mm ⇒ linkage_mm ⇒ up_degrees
+    grblhal      ⇒ =   ⇒ $643 ⇒ $644 ⇒ $642 ⇒ $641 ⇒ $646
     ucnc         ⇒ _=_ ⇒ delta_base_radius ⇒ delta_effector_radius ⇒ delta_bicep_length ⇒ delta_forearm_length
     delta-x      ⇒ _   ⇒ #define DEFAULT_RD_F ⇒ #define DEFAULT_RD_E ⇒ #define DEFAULT_RD_RF ⇒ #define DEFAULT_RD_RE
     codesys      ⇒ _:=_ ⇒ dArm1Radius ⇒ dStewartRadius ⇒ dArmLength1 ⇒ dArmLength2
@@ -198,6 +199,9 @@ pub(crate) fn arms(target: &str, lines: &str, home: Point) -> ([Arm; 3], Point) 
                 height = value("delta_z_offset") - value("tool_offset") - value("delta_ee_offs");
                 let m206 = words(lines, "M206");
                 zeros = ['X', 'Y', 'Z'].map(|axis| -m206[&axis][0]);
+            }
+            if let Some(angle) = cells.get(5) {
+                zeros = home.map(|own| own - named(lines, angle, separator));
             }
             let arms = [-90.0, 30.0, 150.0].map(|azimuth| Arm {
                 azimuth,

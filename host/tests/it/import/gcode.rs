@@ -1,10 +1,13 @@
 //! M665 and M666 of RepRapFirmware and Marlin.
 
 use crate::export::klipper::Delta;
+use crate::export::robots::{made, upright, with_towers};
 use crate::import::run_next;
-use crate::support::{Folder, Point, assert_refused, cases, distance};
+use crate::support::{Folder, Point, assert_refused, cases, distance, number, robot_toml};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
+use delta_cal_tests::generator;
+use serde_json::Value;
 
 const REPRAPFIRMWARE: &str = "\
 ; my config
@@ -65,7 +68,7 @@ const CONSTANTS: &str = "\
 #endif
 ";
 
-/// The same printer in both firmwares' lines, behind OctoPrint's prefixes, in Marlin's `Configuration.h`, and in the file
+/// The same printer in both firmwares' lines, with and without the firmware's name, behind OctoPrint's prefixes, in Marlin's `Configuration.h`, and in the file
 /// that `M501` loads.
 #[test]
 fn lines_are_the_printer_that_they_describe() {
@@ -74,7 +77,8 @@ fn lines_are_the_printer_that_they_describe() {
     for (firmware, name, text) in [
         ("reprapfirmware", "duet.g", REPRAPFIRMWARE),
         ("reprapfirmware", "config.g", overridden),
-        ("marlin", "m503.txt", MARLIN),
+        ("", "duet.g", REPRAPFIRMWARE),
+        ("", "m503.txt", MARLIN),
         ("marlin", "log.txt", &logged),
         ("marlin", "Configuration.h", CONSTANTS),
     ] {
@@ -112,64 +116,119 @@ fn lines_are_the_printer_that_they_describe() {
     }
 }
 
-/// A rotary robot in the forms in which it is exported is that robot: arms and joint angles at its positions.
+/// A robot exported, imported and exported again: every parameter that its controller holds is as it was.
 #[test]
-fn rotary_lines_are_imported_as_they_are_exported() {
-    let robot = |text: &str| {
-        let file = InputText::new("robot.toml", text);
-        RobotFile::read(&file).unwrap().robot
-    };
-    let symmetric = [-90.0, 30.0, 150.0].map(|theta: f64| {
-        let (sine, cosine) = theta.to_radians().sin_cos();
-        let [x, y] = [140.0 * cosine, 140.0 * sine];
-        format!("[[arm]]\ndx_mm = {x:.9}\ndy_mm = {y:.9}\ndz_mm = 0.0\ntheta_deg = {theta}\nalpha_deg = 0.0\nla_x_mm = 180.0\nla_y_mm = 0.0\nlb_mm = 400.0\n")
-    });
-    let text = format!(
-        "[joints]\nmin_deg = -80.0\nmax_deg = 80.0\n{}",
-        symmetric.concat()
-    );
-    // FluidNC may state one angle of homing for each motor, in radians.
-    let radians = "    homing_mpos_radians: -1.0471975512, -1.0646508437, -1.0559241974\n";
-    let each = "--home -60.000000,-61.000000,-60.500000";
-    let one = "--home -60.000000,-60.000000,-60.000000";
-    for (target, name, home, stated, homed) in [
-        ("reprapfirmware", "config.g", each, "", each),
-        ("fluidnc", "config.yaml", "", radians, each),
-        ("grblhal", "settings.txt", "", "$646=-60\n", one),
+fn lines_are_imported_as_they_are_exported() {
+    let rotary = "--home=-40,-41,-40.5 --height 900mm";
+    let towers = "--home 712,711.5,712.4";
+    for (target, options) in [
+        ("klipper", rotary),
+        ("reprapfirmware", rotary),
+        ("fluidnc", rotary),
+        ("grblhal", rotary),
+        ("klipper", towers),
+        ("reprapfirmware", towers),
+        ("marlin", towers),
+        ("marlin-1.1", towers),
     ] {
         let folder = Folder::new();
-        folder.write("robot.toml", &text);
-        folder
-            .run(&format!(
-                "export robot.toml --for {target} {home} --output {name}"
-            ))
-            .ok();
-        folder.write(name, folder.read(name) + stated);
+        if options == towers {
+            with_towers(&folder, &upright());
+        } else {
+            folder.write("calibrated.toml", robot_toml(&made(&mut generator(7, 3))));
+        }
+        let export = |robot: &str, options: &str| -> Vec<(String, f64)> {
+            let command = format!(
+                "export {robot} --for {target} {options} --output lines.cfg --json report.json"
+            );
+            folder.run(&command).ok();
+            // RepRapFirmware's M666 corrects the upper limit of M669 A.
+            let lines = folder.read("lines.cfg");
+            let limit = lines.split_once(" A-").and_then(|(_, own)| {
+                let (_, own) = own.split_once(':')?;
+                own.split_once(' ')?.0.parse().ok()
+            });
+            let value = |own: &Value| {
+                let name = own["name"].as_str().unwrap().to_owned();
+                let trim = limit.filter(|_| name.starts_with("M666"));
+                (name, number(own, "value") + trim.unwrap_or(0.0))
+            };
+            let report = folder.json("report.json");
+            let all = report["parameters"].as_array().unwrap().iter();
+            all.map(value).collect()
+        };
+        let parameters = export("calibrated.toml", options);
+        let motors = ["a", "b", "c"].map(|own| {
+            format!("[stepper_{own}]\nmicrosteps: 16\ngear_ratio: 107:16\nrotation_distance: 40\n")
+        });
+        let lines = match (target, options == towers) {
+            ("klipper", true) => format!("{}[printer]\nkinematics: delta\n", motors.concat()),
+            ("klipper", _) => motors.concat(),
+            _ => String::new(),
+        };
+        folder.write("lines.cfg", folder.read("lines.cfg") + &lines);
+        let firmware = target.trim_end_matches("-1.1");
+        let run = folder.run(&format!("import {firmware} lines.cfg --output mine"));
+        let said = run.ok().stdout;
+        let (_, home) = said.split_once("--home ").unwrap();
+        let home = home.split_whitespace().next().unwrap();
+        // z = 0 is then that of the controller.
+        let (height, lifted) = if options == towers {
+            ("", 0.0)
+        } else {
+            ("--height 100mm", 100.0)
+        };
+        let again = export("mine/robot.toml", &format!("--home={home} {height}"));
+        assert_eq!(parameters.len(), again.len());
+        for ((name, own), (_, again)) in parameters.iter().zip(&again) {
+            let heights = ["shoulder_height", "position_endstop", "M669 H"];
+            let is_height = heights.iter().any(|height| name.contains(height));
+            let lifted = if is_height { lifted } else { 0.0 };
+            // They are written to four decimals.
+            let off = (own + lifted - again).abs();
+            assert!(off < 3e-4, "{target} {name}: {own} {again}");
+        }
+    }
+}
+
+/// FluidNC may state one angle of homing for each motor, in radians. Both it and grblHAL touch no bed by themselves.
+#[test]
+fn lengths_of_fluidnc_and_grblhal_are_read() {
+    let lengths = "parallel_delta:\ncrank_mm: 70\nlinkage_mm: 133.5\nbase_triangle_mm: 179.4\nend_effector_triangle_mm: 86.6\n";
+    let settings = "$641=133.5\n$642=70\n$643=179.4\n$644=86.6\n";
+    for (firmware, text, home) in [
+        (
+            "fluidnc",
+            format!("{lengths}homing_mpos_radians: -1.0471975512, -1.0646508437, -1.0559241974\n"),
+            "--home -60.000000,-61.000000,-60.500000",
+        ),
+        (
+            "fluidnc",
+            format!("{lengths}up_degrees: -35.5\n"),
+            "--home -35.500000,-35.500000,-35.500000",
+        ),
+        (
+            "grblhal",
+            format!("{settings}$646=-60\n"),
+            "--home -60.000000,-60.000000,-60.000000",
+        ),
+    ] {
+        let folder = Folder::new();
+        folder.write("own.txt", &text);
+        folder.write("robot.toml", "");
         let run = folder
-            .run(&format!("import {target} {name} --output mine"))
+            .run(&format!("import {firmware} own.txt --output mine"))
             .ok();
-        assert!(run.stdout.contains(homed), "{target}: {}", run.stdout);
-        if home.is_empty() {
-            let refused = "--count 9 ⇒ 3 ⇒ no commands that touch a bed are known";
-            assert_refused(&folder, &format!("plan {name}"), refused);
-            let refused = "--output other ⇒ 3 ⇒ robot.toml: the file states no crank_mm or $642";
-            assert_refused(&folder, &format!("import {target} robot.toml"), refused);
-        }
-        let [own, found] = [robot(&text), robot(&folder.read("mine/robot.toml"))];
-        for at in [
-            [0.0, 0.0, -350.0],
-            [80.0, -20.0, -400.0],
-            [-60.0, 90.0, -330.0],
-        ] {
-            // z = 0 is where the controller has it.
-            let up = found.arms()[0].d().z - own.arms()[0].d().z;
-            let [mut own, mut found]: [Point; 2] = [(&own, at[2]), (&found, at[2] + up)]
-                .map(|(own, z)| own.inverse(&[at[0], at[1], z].into()).unwrap());
-            // The controllers' motors are in an order of their own.
-            own.sort_by(f64::total_cmp);
-            found.sort_by(f64::total_cmp);
-            assert!(distance(own, found) < 1e-5, "{target}: {own:?} {found:?}");
-        }
+        assert!(run.stdout.contains(home), "{}", run.stdout);
+        let other = ["fluidnc", "grblhal"]
+            .into_iter()
+            .find(|own| *own != firmware);
+        let refused = "own.txt --output other ⇒ 3 ⇒ own.txt: this file is ";
+        assert_refused(&folder, &format!("import {}", other.unwrap()), refused);
+        let refused = "--count 9 ⇒ 3 ⇒ no commands that touch a bed are known";
+        assert_refused(&folder, "plan own.txt", refused);
+        let refused = "--output other ⇒ 3 ⇒ robot.toml: the file states no crank_mm or $642";
+        assert_refused(&folder, &format!("import {firmware} robot.toml"), refused);
     }
 }
 
@@ -177,6 +236,7 @@ fn rotary_lines_are_imported_as_they_are_exported() {
 fn lines_that_cannot_be_read_are_refused() {
     let table = "
         reprapfirmware M665 ⇒ M550 ⇒ no line is an M665
+        marlin M206 ⇒ G20 ⇒ config.g:2: the lengths are in inches
         marlin R141.2000 ⇒ ⇒ M665 R: the word is missing
         marlin H411.8000 ⇒ ⇒ M665 H: the word is missing
         marlin L330.1000 ⇒ L100 ⇒ config.g:3: M665 L: a rod is not longer

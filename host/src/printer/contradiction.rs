@@ -167,12 +167,8 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
         return None;
     }
     let odds = odds(imported, &touches)?;
-    if odds
-        .iter()
-        .map(|own| own[0])
-        .fold(f64::NEG_INFINITY, log_sum)
-        < 0.0
-    {
+    let any = odds.iter().map(|own| own[0]);
+    if any.fold(f64::NEG_INFINITY, log_sum) < 0.0 {
         return None;
     }
     let mut likely: Vec<_> = touches.iter().zip(odds).collect();

@@ -11,8 +11,9 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// An end stop that moves by more may drive the nozzle into the bed, mm.
+/// An end stop that moves by more may drive the nozzle into the bed, mm; an angle that lifts the end of an upper arm as far, degrees.
 const CRASH: f64 = 1.0;
+const CRASH_DEG: f64 = 0.5;
 /// A common scale: so far off 1, and so many times its own σ and the scatter of the distances.
 const SCALE: f64 = 0.005;
 const CLEAR: f64 = 5.0;
@@ -56,18 +57,26 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
 
 /// The warning of lines that move an end stop far.
 pub(super) fn crash(changes: &[Change]) -> Option<String> {
-    let is_endstop = |name: &str| {
-        name.ends_with("position_endstop") || name == "M665 H" || name.starts_with("M666")
-    };
-    let endstops = changes.iter().filter(|own| is_endstop(&own.name));
-    let moved = endstops.map(|own| (own.after - own.before).abs());
-    let most = moved.fold(0.0, f64::max);
-    (most > CRASH).then(|| {
-        format!(
-            "WARNING: an end stop moves by {most:.1} mm. After pasting, home, and lower the nozzle by hand in steps of 1 mm \
-             before anything else: a wrong end stop drives it into the bed."
-        )
-    })
+    let endstops = changes.iter().filter(|own| {
+        let name = &*own.name;
+        name.ends_with("position_endstop")
+            || ["$646", "up_degrees", "M665 H"].contains(&name)
+            || ["M206", "M666"].iter().any(|it| name.starts_with(it))
+    });
+    let moved = endstops.map(|own| {
+        let by = (own.after - own.before).abs();
+        match own.unit {
+            "deg" => (by / CRASH_DEG, format!("{by:.1}°")),
+            _ => (by / CRASH, format!("{by:.1} mm")),
+        }
+    });
+    let (_, most) = moved
+        .filter(|(times, _)| *times > 1.0)
+        .max_by(|(one, _), (other, _)| one.total_cmp(other))?;
+    Some(format!(
+        "WARNING: an end stop moves by {most}. After pasting, home, and lower the nozzle by hand in steps of 1 mm \
+         before anything else: a wrong end stop drives it into the bed."
+    ))
 }
 
 /// Errors of the end stops of arms that motors turn are sought in so many steps to each side, degrees.

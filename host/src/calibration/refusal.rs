@@ -233,6 +233,11 @@ fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
     } else {
         " Or state the [tolerance]."
     };
+    let wrong_rows = if case.options.robust {
+        ""
+    } else {
+        "wrong rows (--robust leaves them out and names them) and for "
+    };
     match *refusal {
         Refusal::TooFewObservations { instrument, observations, needed } => (
             format!(
@@ -285,9 +290,9 @@ fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
         }
         Refusal::ResidualContradictsNoise { arm, ratio } => (
             format!("{}residuals are {ratio:.1} × the stated noise.", arm_of(arm)),
-            "Look for wrong rows (--robust leaves them out and names them) and for a sensor or plate that moved. State the \
-             [noise] that repeated readings of one pose show."
-                .to_owned(),
+            format!(
+                "Look for {wrong_rows}a sensor or plate that moved. State the [noise] that repeated readings of one pose show."
+            ),
         ),
         Refusal::FarFromNominal { arm, parameter, tolerances } => {
             let (name, distance) = far(robot, arm, parameter, f64::from(tolerances));

@@ -271,6 +271,7 @@ impl Found {
                 let others: Vec<_> = others(self, own).map(|own| own.kind).collect();
                 remedy(case, own, &others)
             }
+            None if case.options.robust => "measure these rows again, or delete them".to_owned(),
             None => "measure these rows again, or delete them; --robust leaves them out".to_owned(),
         };
         let remedy = capitalised(&remedy);

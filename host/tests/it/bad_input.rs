@@ -103,6 +103,7 @@ const SETS: &str = "
     bare.toml stiff.csv ⇒ 1 ⇒ stiff.csv: arm 2: the poses do not determine
     bare.toml already.csv ⇒ 1 ⇒ chance of making the robot worse | [tolerance]
     precise.toml rough.csv ⇒ 1 ⇒ rough.csv: residuals are | --robust
+    precise.toml rough.csv --robust ⇒ 1 ⇒ rough.csv: residuals are | Look for a sensor
     precise.toml one_wrong.csv ⇒ 1 ⇒ one_wrong.csv: | line 12 disagrees with all others
     tolerant.toml longer.csv ⇒ 1 ⇒ longer.csv: The robot is | the forearms are | set length_mm
     stated.toml planes.csv ⇒ 3 ⇒ planes.csv: the rows name more planes and points | at most 14 points or 16 planes

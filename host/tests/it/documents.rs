@@ -87,6 +87,15 @@ fn documents_show_what_the_commands_print() {
             let examples = root().join("host/examples");
             std::os::unix::fs::symlink(examples, folder.path("examples")).unwrap();
         }
+        // Figures of the prose are those of a block.
+        let fenced = text.split("\n```").skip(1).step_by(2);
+        let shown: Vec<_> = fenced.flat_map(str::split_whitespace).collect();
+        for (end, _) in text.match_indices("<!--shown-->") {
+            let figure = text[..end].rsplit([' ', '\n']).next().unwrap();
+            if !shown.iter().any(|own| own.starts_with(figure)) {
+                writeln!(wrong, "{page}: no block shows {figure}").unwrap();
+            }
+        }
         for block in blocks(&text) {
             match block {
                 Block::File(name, text) => {

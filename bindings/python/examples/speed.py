@@ -91,11 +91,6 @@ head = "| |" + "".join(f" {number} | NumPy | arithmetic | memory |" for number i
 page_table = "\n".join([head, *(f"{row} |" for row in table.values())])
 print(page_table)
 print("largest difference:", ", ".join(off))
-if "--write" in sys.argv:
-    page = Path(__file__).parents[3] / "docs" / "python.md"
-    before, old = page.read_text().split("<!-- speed.py -->")
-    after = old.split("<!-- end -->")[1]
-    page.write_text(f"{before}<!-- speed.py -->\n{time.strftime('%-d %B %Y')}:\n\n{page_table}\n<!-- end -->{after}")
 jacobian = best(3, lambda: robot.parameter_jacobian(q))
 print(f"parameter Jacobian, 10⁶ poses: {jacobian[0]:.2f} s ({jacobian[1]:.2f} s of processors)")
 
@@ -105,8 +100,14 @@ given: dict[str, Any] = {"arrays": {"q": q[: 10**5], "x": many[names[3:]]}, "pan
 # Rows without noise.
 warnings.simplefilter("ignore", dc.CalibrationWarning)
 spent = {name: best(3, lambda: dc.calibrate(robot, own))[1] for name, own in given.items()}
-print("calibrate, 10⁵ rows:", ", ".join(f"{name} {own:.2f} s" for name, own in spent.items()))
+calibrated = "Calibrating 10⁵ rows: " + ", ".join(f"{name} {own:.1f} s" for name, own in spent.items()) + "."
+print(calibrated)
 assert max(spent.values()) < 3 * spent["arrays"]
+if "--write" in sys.argv:
+    page = Path(__file__).parents[3] / "docs" / "python.md"
+    before, old = page.read_text().split("<!-- speed.py -->")
+    after = old.split("<!-- end -->")[1]
+    page.write_text(f"{before}<!-- speed.py -->\n{time.strftime('%-d %B %Y')}:\n\n{page_table}\n\n{calibrated}\n<!-- end -->{after}")
 
 sigma = np.array([0.5, 0.5, 0.5, 3.5e-3, 3.5e-3, 0.5, 0.5, 0.5])
 made = dc.Robot.from_parameters(parameters + sigma * rng.standard_normal((3, 8)), limits=robot.limits)

@@ -17,12 +17,12 @@ const WORTHWHILE: f64 = 1e-9;
 /// brought the criterion below this part of its value then, they are computed anew.
 const FRESH: f64 = 0.5;
 
-/// A column for each of a candidate's readings, with an entry for each unknown.
-pub(super) type Rows<const R: usize> = OMatrix<f64, Dyn, Const<R>>;
+/// A row for each of a candidate's readings, with an entry for each unknown.
+pub(super) type Rows<const R: usize> = OMatrix<f64, Const<R>, Dyn>;
 
 /// The candidates, the information before any measurement, and the criterion's weights.
 pub(super) struct Pool<const R: usize> {
-    /// The sensitivity of each candidate's readings, V: its information is V Vᵀ.
+    /// The sensitivity of each candidate's readings, Vᵀ: its information is V Vᵀ.
     pub(super) rows: Vec<Rows<R>>,
     pub(super) kinds: Vec<usize>,
     /// How many of each kind a set may hold.
@@ -43,7 +43,7 @@ pub(super) struct Set {
     pub(super) value: f64,
 }
 
-/// The effect of adding a candidate, rows V, to the set.
+/// The effect of adding a candidate, rows Vᵀ, to the set.
 #[derive(Debug, Clone, Copy)]
 struct Addition<const R: usize> {
     /// Vᵀ C V.
@@ -62,7 +62,7 @@ impl<const R: usize> Pool<R> {
         let mut information = self.prior.clone();
         for candidate in &chosen {
             let rows = &self.rows[*candidate];
-            information.gemm(1.0, rows, &rows.transpose(), 1.0);
+            information.gemm(1.0, &rows.transpose(), rows, 1.0);
         }
         let covariance = information.cholesky()?.inverse();
         let value = covariance.dot(&self.weights);
@@ -145,7 +145,7 @@ impl<const R: usize> Pool<R> {
     fn additions(&self, set: &Set) -> Vec<Addition<R>> {
         let of = |rows: &Rows<R>| {
             let [within, weighted] =
-                [&set.covariance, &set.weighted].map(|own| times(rows, &(own * rows)));
+                [&set.covariance, &set.weighted].map(|own| times(rows, &(rows * own)));
             Addition::new(within, weighted)
         };
         self.rows.iter().map(of).collect()
@@ -168,18 +168,18 @@ impl<const R: usize> Pool<R> {
         let mut covariance = set.covariance.clone();
         for (candidate, sign) in [(added, 1.0), (removed, -1.0)] {
             let rows = &self.rows[candidate];
-            let own = &covariance * rows;
+            let own = rows * &covariance;
             let z = inverse(SMatrix::identity() + times(rows, &own) * sign)? * sign;
-            let weights = &self.weights * &own;
+            let weights = &own * &self.weights;
             let inner = z * times(&own, &weights) * z;
-            let weighted_own = &covariance * weights;
+            let weighted_own = weights * &covariance;
             for (addition, rows) in additions.iter_mut().zip(&self.rows) {
                 let (one, other) = (times(rows, &own), times(rows, &weighted_own));
                 let crossed = other * z * one.transpose();
                 addition.within -= one * z * one.transpose();
                 addition.weighted += one * inner * one.transpose() - crossed - crossed.transpose();
             }
-            covariance.gemm(-1.0, &(&own * z), &own.transpose(), 1.0);
+            covariance.gemm(-1.0, &own.transpose(), &(z * &own), 1.0);
         }
         for addition in additions {
             *addition = Addition::new(addition.within, addition.weighted);
@@ -194,7 +194,7 @@ impl<const R: usize> Pool<R> {
     fn best(&self, set: &Set, additions: &[Addition<R>], place: usize) -> Option<(usize, f64)> {
         let leaving = set.chosen[place];
         let rows = &self.rows[leaving];
-        let [own, weighted_own] = [&set.covariance, &set.weighted].map(|own| own * rows);
+        let [own, weighted_own] = [&set.covariance, &set.weighted].map(|own| rows * own);
         let (within, weighted) = (times(rows, &own), times(rows, &weighted_own));
         let replaced = self.free(set, Some(leaving)).map(|candidate| {
             let (rows, addition) = (&self.rows[candidate], &additions[candidate]);
@@ -226,27 +226,19 @@ impl<const R: usize> Addition<R> {
     }
 }
 
-/// Vᵀ S.
+/// Vᵀ S of rows Vᵀ and Sᵀ.
 fn times<const R: usize>(rows: &Rows<R>, spread: &Rows<R>) -> SMatrix<f64, R, R> {
-    if R == 1 {
-        return rows.tr_mul(spread);
-    }
     // Written out, because this takes most of the time of a plan.
-    let (unknowns, rows, spread) = (rows.nrows(), columns(rows), columns(spread));
-    let mut product = SMatrix::zeros();
-    for unknown in 0..unknowns {
-        for column in 0..R {
-            for index in 0..R {
-                product[(index, column)] += rows[index][unknown] * spread[column][unknown];
+    let [rows, spread] = [rows, spread].map(|own| own.as_slice().as_chunks::<R>().0);
+    let mut product = [[0.0; R]; R];
+    for (row, spread) in rows.iter().zip(spread) {
+        for (column, spread) in product.iter_mut().zip(spread) {
+            for (sum, row) in column.iter_mut().zip(row) {
+                *sum += row * spread;
             }
         }
     }
-    product
-}
-
-fn columns<const R: usize>(rows: &Rows<R>) -> [&[f64]; R] {
-    let unknowns = rows.nrows();
-    std::array::from_fn(|index| &rows.as_slice()[index * unknowns..][..unknowns])
+    SMatrix::from(product)
 }
 
 /// The inverse, in closed form, of a small matrix that is positive definite up to rounding.

@@ -187,8 +187,8 @@ impl<'a> Search<'a> {
             let mut rows = Rows::zeros(sensitivity.nrows());
             let read = own.read().into_iter().zip(sensitivity.column_iter());
             let read = read.filter(|(reading, _)| reading.is_some());
-            for (mut row, (_, sensitivity)) in rows.column_iter_mut().zip(read) {
-                row.copy_from(&sensitivity);
+            for (mut row, (_, sensitivity)) in rows.row_iter_mut().zip(read) {
+                row.tr_copy_from(&sensitivity);
             }
             rows
         });

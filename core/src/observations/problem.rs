@@ -326,20 +326,34 @@ impl<T: Unknowns<N>, const N: usize> Problem<T, N> for ObservationProblem<'_, T,
         normal: &mut Triangle<T, N>,
         piece: usize,
     ) -> Piece<T> {
+        // Columns of zeros change nothing but cost time. A calibrator's step is too short to leave them out.
+        let used = match self.prepared {
+            Held::Own(_) => OF_ROBOT + self.instruments.unknowns(),
+            Held::Lent(_) => N,
+        };
+        if piece == 0 && used < N {
+            normal.pack(used, false);
+        }
         let (row, part) = (piece / PIECES, piece % PIECES);
-        let columns = rows.0.as_mut();
+        let columns = rows.0.as_mut().get_mut(..=used).unwrap_or_default();
         let row = self.rows.get(row).zip(at.robot.as_ref());
         let residuals = row.and_then(|(row, robot)| {
             if let Some(part) = part.checked_sub(1) {
-                row.absorb(part, columns, normal.entries_mut());
+                let entries = normal.entries_mut();
+                let entries = entries.get_mut(..(used + 1) * (used + 2) / 2);
+                row.absorb(part, columns, entries.unwrap_or_default());
                 return Some(T::ZERO);
             }
             let at = self.at(robot, &at.unknowns);
             T::derive_row(row, &at, &self.prepared.units, columns)
         });
+        let more = residuals.is_some() && piece + 1 < PIECES * self.rows.len();
+        if !more && used < N {
+            normal.pack(used, true);
+        }
         Piece {
             sum_of_squares: residuals.unwrap_or(T::INFINITY),
-            more: residuals.is_some() && piece + 1 < PIECES * self.rows.len(),
+            more,
         }
     }
 

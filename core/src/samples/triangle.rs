@@ -209,6 +209,28 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
         entries.get_mut(start..).unwrap_or_default()
     }
 
+    /// Exchanges entries so that those of the first `used` columns and the last stand at the front, as a triangle of `used`
+    /// unknowns has them; or back, which a change of those alone leaves possible.
+    #[inline(never)] // no part of what a controller does
+    pub(crate) fn pack(&mut self, used: usize, back: bool) {
+        let columns = move |row| (row..used).chain([N]);
+        let from = move |row, column| row * Self::COLUMNS + column - row * (row + 1) / 2;
+        let all = columns(0).flat_map(move |row| columns(row).map(move |column| from(row, column)));
+        let count = (used + 1) * (used + 2) / 2;
+        let entries = self.entries.as_mut();
+        let exchange = |pair: (usize, usize)| {
+            // Equal ones stay.
+            if let Ok([one, other]) = entries.get_disjoint_mut([pair.0, pair.1]) {
+                core::mem::swap(one, other);
+            }
+        };
+        if back {
+            (0..count).rev().zip(all.rev()).for_each(exchange);
+        } else {
+            (0..count).zip(all).for_each(exchange);
+        }
+    }
+
     /// Absorbs another triangle: its K = N + 1 rows become a block.
     pub(crate) fn merge<const K: usize>(&mut self, other: &Self) {
         const { assert!(K == N + 1) };

@@ -33,6 +33,9 @@ pub struct Change {
     pub after: f64,
     /// `mm` or `deg`.
     pub unit: &'static str,
+    /// Whether it is the place of an end stop.
+    #[serde(skip)]
+    pub is_endstop: bool,
 }
 
 /// Of what was read.
@@ -57,12 +60,7 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
 
 /// The warning of lines that move an end stop far.
 pub(super) fn crash(changes: &[Change]) -> Option<String> {
-    let endstops = changes.iter().filter(|own| {
-        let name = &*own.name;
-        name.ends_with("position_endstop")
-            || ["$646", "up_degrees", "M665 H"].contains(&name)
-            || ["M206", "M666"].iter().any(|it| name.starts_with(it))
-    });
+    let endstops = changes.iter().filter(|own| own.is_endstop);
     let moved = endstops.map(|own| {
         let by = (own.after - own.before).abs();
         match own.unit {

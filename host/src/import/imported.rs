@@ -219,17 +219,14 @@ impl Machine {
             .and_then(|own| own.with_forearm(stated.rods_sigma.unwrap_or(COMMON_ROD)));
         let usual = USUAL_BED * configured.radius;
         Ok(Self {
-            robot: robot.clone(),
             // The owner may state rods because those of the configuration are impossible.
-            configured: configured.robot(name, shift).unwrap_or(robot),
-            tilt: [0.0; 2],
-            endstops: own.endstops,
-            bed_radius,
+            configured: configured.robot(name, shift).unwrap_or(robot.clone()),
             area: (bed_radius.unwrap_or(usual), lowest),
             tolerance: tolerance.ok(),
             notes: rods_note(stated, configured).into_iter().collect(),
             first: configured.first(stated),
             stated: (stated.rods.is_some(), stated.radius.is_some()),
+            ..Self::of(robot, own.endstops, bed_radius)
         })
     }
 
@@ -244,6 +241,14 @@ impl Machine {
         let tolerance = Tolerance::new(ARMS.0, ARMS.1.to_radians())
             .and_then(|own| own.with_joint_zero(ARM_ZERO.to_radians()));
         Ok(Self {
+            tolerance: tolerance.ok(),
+            ..Self::of(robot, endstops, bed_radius)
+        })
+    }
+
+    /// Nothing but a robot that is as configured.
+    fn of(robot: Robot<f64>, endstops: [f64; 3], bed_radius: Option<f64>) -> Self {
+        Self {
             robot: robot.clone(),
             configured: robot,
             tilt: [0.0; 2],
@@ -252,9 +257,9 @@ impl Machine {
             endstops,
             bed_radius,
             area: (0.0, 0.0),
-            tolerance: tolerance.ok(),
+            tolerance: None,
             notes: Vec::new(),
-        })
+        }
     }
 
     /// The joints at their end stops; `None` for an end stop that no joint angle reaches.

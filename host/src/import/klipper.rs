@@ -4,14 +4,12 @@ use super::configuration::{self, MESH, PRINTER, SAVED, STEPPERS};
 use super::console::{Touch, gridded, with_touches};
 use super::imported::{Imported, Machine, OF_PROBE, PROBE, Towers, USUAL_TOWERS};
 use super::probe::Probe;
-use super::rotary::without_towers;
+use super::rotary::{Arms, without_towers};
 use super::settings::Settings;
 use super::stated::finite;
 use super::{Includes, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
-use delta_cal::Real;
-use delta_cal::robot::Arm;
 use std::f64::consts::TAU;
 
 /// The number of measurements of a kind that Klipper reads.
@@ -167,20 +165,16 @@ fn refuse_elsewhere(settings: &Settings, imported: &Imported) -> Result<(), Inpu
 }
 
 fn rotary(settings: &Settings) -> Result<Machine, InputError> {
-    let radius = settings.require_above_zero(PRINTER, "shoulder_radius")?;
-    let height = settings.require_above_zero(PRINTER, "shoulder_height")?;
-    let azimuths = azimuths(settings, USUAL_ARMS)?;
-    let upper = like_first(settings, "upper_arm_length", Some(0.0))?;
-    let lower = like_first(settings, "lower_arm_length", Some(0.0))?;
-    let endstops = like_first(settings, "position_endstop", None)?;
-    let arm = |index: usize| {
-        let azimuth = azimuths[index].to_radians();
-        let (sine, cosine) = azimuth.sine_cosine();
-        let (x, y) = (radius * cosine, radius * sine);
-        Arm::new([x, y, height, azimuth, 0.0, upper[index], 0.0, lower[index]])
+    let arms = Arms {
+        radius: settings.require_above_zero(PRINTER, "shoulder_radius")?,
+        heights: [settings.require_above_zero(PRINTER, "shoulder_height")?; 3],
+        azimuths: azimuths(settings, USUAL_ARMS)?,
+        upper: like_first(settings, "upper_arm_length", Some(0.0))?,
+        lower: like_first(settings, "lower_arm_length", Some(0.0))?,
+        bed: settings.above_zero(SAVED, "radius")?,
     };
-    let bed = settings.above_zero(SAVED, "radius")?;
-    Machine::rotary(&settings.name, arm, endstops, bed)
+    let endstops = like_first(settings, "position_endstop", None)?;
+    arms.machine(&settings.name, endstops)
 }
 
 /// Probed heights, manual heights and distances, each with its name in the settings. If there are heights of both

@@ -38,19 +38,18 @@ const NAMES: [(&str, &[&str]); 6] = [
 const LENGTHS: &str = "lengths";
 
 /// A rotary Delta: lengths in mm, angles in degrees.
-struct Arms {
-    azimuths: [f64; 3],
-    radius: f64,
-    heights: [f64; 3],
-    upper: [f64; 3],
-    lower: [f64; 3],
-    /// Of each arm at its end stop, below level.
-    home: [f64; 3],
-    bed: Option<f64>,
+pub(super) struct Arms {
+    pub(super) azimuths: [f64; 3],
+    pub(super) radius: f64,
+    pub(super) heights: [f64; 3],
+    pub(super) upper: [f64; 3],
+    pub(super) lower: [f64; 3],
+    pub(super) bed: Option<f64>,
 }
 
 impl Arms {
-    fn imported(self, settings: &Settings) -> Result<Imported, InputError> {
+    /// With the height of the nozzle at x = y = 0 with each arm at its end stop.
+    pub(super) fn machine(&self, name: &str, endstops: [f64; 3]) -> Result<Machine, InputError> {
         let arm = |index: usize| {
             let azimuth = self.azimuths[index].to_radians();
             let (sine, cosine) = azimuth.sine_cosine();
@@ -58,8 +57,13 @@ impl Arms {
             let [upper, lower] = [self.upper[index], self.lower[index]];
             Arm::new([x, y, self.heights[index], azimuth, 0.0, upper, 0.0, lower])
         };
-        let machine = Machine::rotary(&settings.name, arm, [0.0; 3], self.bed)?;
-        let home = self.home.map(f64::to_radians);
+        Machine::rotary(name, arm, endstops, self.bed)
+    }
+
+    /// With each arm at its end stop at an angle below level.
+    fn imported(&self, settings: &Settings, home: [f64; 3]) -> Result<Imported, InputError> {
+        let machine = self.machine(&settings.name, [0.0; 3])?;
+        let home = home.map(f64::to_radians);
         let readings = Readings::of_name(&settings.name);
         machine.imported(settings, home, readings, Vec::new())
     }
@@ -100,10 +104,10 @@ pub(super) fn of_gcode(words: &Settings, stated: &Stated) -> Result<Option<Impor
         heights: each("H")?,
         upper: each("U")?,
         lower: each("L")?,
-        home: trims.map(|trim| -(highest + trim)),
         bed: words.above_zero(M669, "B")?,
     };
-    arms.imported(words).map(Some)
+    let home = trims.map(|trim| -(highest + trim));
+    arms.imported(words, home).map(Some)
 }
 
 /// Reads FluidNC's configuration, or grblHAL's settings.
@@ -172,10 +176,9 @@ pub(super) fn import(
         heights: [0.0; 3],
         upper: [upper; 3],
         lower: [lower; 3],
-        home: degrees.map_or(each, |own| [own; 3]),
         bed: None,
     };
-    let mut imported = arms.imported(&settings)?;
+    let mut imported = arms.imported(&settings, degrees.map_or(each, |own| [own; 3]))?;
     imported.robot.platform_radius = Some(platform / (2.0 * 3f64.sqrt()));
     Ok(imported)
 }

@@ -1,13 +1,12 @@
 //! Rotary Deltas of RepRapFirmware (M669 K10), FluidNC (`parallel_delta`) and grblHAL (`$641` to `$648`).
 
 use super::imported::{Imported, Machine};
-use super::settings::{Entry, Settings};
+use super::settings::Settings;
 use super::{Firmware, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
 use delta_cal::Real;
 use delta_cal::robot::Arm;
-use std::collections::BTreeMap;
 
 pub(super) const M666: &str = "M666";
 pub(super) const M669: &str = "M669";
@@ -119,7 +118,7 @@ pub(super) fn import(
     firmware: Firmware,
     stated: &Stated,
 ) -> Result<Imported, InputError> {
-    let mut entries = BTreeMap::new();
+    let mut settings = Settings::of(firmware, input.name());
     for (line, own) in (1..).zip(input.text().lines()) {
         let lower = own.to_ascii_lowercase();
         let lower = lower.split(['#', ';', '(']).next().unwrap_or_default();
@@ -130,31 +129,19 @@ pub(super) fn import(
         let Some((option, _)) = known.find(|(_, names)| names.contains(&name.trim())) else {
             continue;
         };
-        let entry = Entry {
-            value: value.trim().to_owned(),
-            file: input.name().to_owned(),
-            line,
-            saved: false,
-        };
-        let key = (LENGTHS.to_owned(), option.to_owned());
-        entries.entry(key).or_insert(entry);
+        if settings.get(LENGTHS, option).is_none() {
+            settings.set((LENGTHS, option), value.trim(), (input.name(), line), false);
+        }
     }
     let lengths = &NAMES[..4];
-    let missing = lengths
-        .iter()
-        .find(|(option, _)| !entries.contains_key(&(LENGTHS.to_owned(), (*option).to_owned())));
+    let mut lengths = lengths.iter();
+    let missing = lengths.find(|(option, _)| settings.get(LENGTHS, option).is_none());
     if let Some((_, names)) = missing {
         let cause = format!("the file states no {}", names.join(" or "));
         return Err(InputError::new(input.name(), cause).with_remedy(
             "give FluidNC's YAML file with parallel_delta, or what grblHAL prints for $$ with its Delta kinematics",
         ));
     }
-    let settings = Settings {
-        firmware,
-        name: input.name().to_owned(),
-        entries,
-        missing: Vec::new(),
-    };
     without_towers(&settings, stated)?;
     let length = |option| settings.require_above_zero(LENGTHS, option);
     let [upper, lower, base, platform] = [

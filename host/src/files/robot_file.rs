@@ -410,6 +410,12 @@ impl InstrumentFacts {
         self.targets.iter().find(|own| own.name == name)
     }
 
+    /// Whether a row of this name is a datum point.
+    pub(crate) fn is_datum(&self, name: &str) -> bool {
+        let mut points = self.datum_measured.iter();
+        points.any(|(_, own)| own == name)
+    }
+
     /// σ of an instrument's scale and of a robot's expansion together.
     pub(crate) fn scale_sigma(&self) -> f64 {
         self.scale.unwrap_or(USUAL_SCALE)

@@ -225,12 +225,10 @@ impl Readings {
         table.require_joints(Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
         let mut file = Self::of_name(input.name());
-        let names = robot.instruments.datum_measured.iter();
-        let names: BTreeSet<_> = names.map(|(_, name)| name.as_str()).collect();
         let (labels, _) = table.labels()?;
         let datum = |line: u64| {
-            let name = labels.get(&line)?.name.as_deref()?;
-            names.contains(name).then(|| name.to_owned())
+            let name = labels.get(&line)?.name.clone();
+            name.filter(|own| robot.instruments.is_datum(own))
         };
         let mut rows = table.rows(|row| {
             let joints = match datum(row.line) {

@@ -194,32 +194,28 @@ fn lines_are_imported_as_they_are_exported() {
 /// FluidNC may state one angle of homing for each motor, in radians. Both it and grblHAL touch no bed by themselves.
 #[test]
 fn lengths_of_fluidnc_and_grblhal_are_read() {
-    let lengths = "parallel_delta:\ncrank_mm: 70\nlinkage_mm: 133.5\nbase_triangle_mm: 179.4\nend_effector_triangle_mm: 86.6\n";
-    let settings = "$641=133.5\n$642=70\n$643=179.4\n$644=86.6\n";
-    for (firmware, text, home) in [
-        (
-            "fluidnc",
-            format!("{lengths}homing_mpos_radians: -1.0471975512, -1.0646508437, -1.0559241974\n"),
-            "--home -60.000000,-61.000000,-60.500000",
-        ),
-        (
-            "fluidnc",
-            format!("{lengths}up_degrees: -35.5\n"),
-            "--home -35.500000,-35.500000,-35.500000",
-        ),
-        (
-            "grblhal",
-            format!("{settings}$646=-60\n"),
-            "--home -60.000000,-60.000000,-60.000000",
-        ),
-    ] {
+    let lengths = "parallel_delta:\ncrank_mm: 70\nlinkage_mm: 133.5\nbase_triangle_mm: 179.4\nend_effector_triangle_mm: 86.6";
+    let settings = "$641=133.5\n$642=70\n$643=179.4\n$644=86.6";
+    let table = "
+        fluidnc ⇒ homing_mpos_radians: -1.0471975512, -1.0646508437, -1.0559241974 ⇒ -60.000000,-61.000000,-60.500000
+        fluidnc ⇒ up_degrees: -35.5 ⇒ -35.500000,-35.500000,-35.500000
+        grblhal ⇒ $646=-60 ⇒ -60.000000,-60.000000,-60.000000
+        ";
+    for [firmware, angle, home] in cases(table) {
+        let lengths = if firmware == "fluidnc" {
+            lengths
+        } else {
+            settings
+        };
+        let text = format!("{lengths}\n{angle}\n");
         let folder = Folder::new();
         folder.write("own.txt", &text);
         folder.write("robot.toml", "");
         let run = folder
             .run(&format!("import {firmware} own.txt --output mine"))
             .ok();
-        assert!(run.stdout.contains(home), "{}", run.stdout);
+        let home = format!("--home {home}");
+        assert!(run.stdout.contains(&home), "{}", run.stdout);
         let other = ["fluidnc", "grblhal"]
             .into_iter()
             .find(|own| *own != firmware);

@@ -3,6 +3,7 @@
 
 mod parallelograms;
 mod region;
+mod shape;
 
 use crate::text::joint;
 use delta_cal::kinematics::{JointLimits, KinematicsError, SingularityDistance};
@@ -13,6 +14,7 @@ pub(crate) use parallelograms::rotation;
 pub use parallelograms::{NUMBERS, OF_ARM, Parallelograms, PlatformPose};
 pub use region::Region;
 pub(crate) use region::{below, uniform};
+pub use shape::Shape;
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 

@@ -7,10 +7,10 @@ use crate::files::columns::Quantity;
 use crate::files::input::InputError;
 use crate::files::robot_file::{KnownPlane, RobotFile, Target};
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
-use crate::geometry::{Parallelograms, Region, range, reaches_anywhere};
+use crate::geometry::{Parallelograms, Region, Shape, range, reaches_anywhere};
 use crate::text::rounded;
 use delta_cal::kinematics::JointLimits;
-use delta_cal::robot::{Arm, Drive, GeometryError};
+use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Real, Robot, Tolerance};
 use nalgebra::{Rotation3, Vector3};
 
@@ -116,11 +116,9 @@ impl Towers {
 
     /// Upright towers with these carriage heights at a travel of 0.
     fn robot(&self, name: &str, zeros: [f64; 3]) -> Result<Robot<f64>, InputError> {
-        robot(name, |index| {
-            let (sine, cosine) = self.azimuths[index].to_radians().sine_cosine();
-            let [x, y] = [self.radius * cosine, self.radius * sine];
-            Arm::linear([x, y, zeros[index], 0.0, 0.0, 1.0, self.rods[index]])
-        })
+        let towers = Shape::three(self.azimuths, self.radius, [zeros, [0.0; 3], self.rods]);
+        let robot = Shape::robot(&towers, Drive::Linear);
+        robot.map_err(|error| impossible(name, error))
     }
 
     /// The travel of each carriage at its end stop.
@@ -193,14 +191,6 @@ fn impossible(name: &str, cause: impl std::fmt::Display) -> InputError {
         .with_remedy("check the lengths of the configuration, in mm")
 }
 
-fn robot(
-    name: &str,
-    arm: impl Fn(usize) -> Result<Arm<f64>, GeometryError>,
-) -> Result<Robot<f64>, InputError> {
-    let robot = || Robot::new([arm(0)?, arm(1)?, arm(2)?]);
-    robot().map_err(|error| impossible(name, error))
-}
-
 impl Machine {
     /// Upright towers, with the radius of the printed area if it is stated, and its lowest height.
     pub(super) fn towers(
@@ -233,11 +223,12 @@ impl Machine {
     /// Rotary arms.
     pub(super) fn rotary(
         name: &str,
-        arm: impl Fn(usize) -> Result<Arm<f64>, GeometryError>,
+        arms: &[Shape; 3],
         endstops: [f64; 3],
         bed_radius: Option<f64>,
     ) -> Result<Self, InputError> {
-        let robot = robot(name, arm)?;
+        let robot = Shape::robot(arms, Drive::Rotary);
+        let robot = robot.map_err(|error| impossible(name, error))?;
         let tolerance = Tolerance::new(ARMS.0, ARMS.1.to_radians())
             .and_then(|own| own.with_joint_zero(ARM_ZERO.to_radians()));
         Ok(Self {

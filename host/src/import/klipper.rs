@@ -4,12 +4,13 @@ use super::configuration::{self, MESH, PRINTER, SAVED, STEPPERS};
 use super::console::{Touch, gridded, with_touches};
 use super::imported::{Imported, Machine, OF_PROBE, PROBE, Towers, USUAL_TOWERS};
 use super::probe::Probe;
-use super::rotary::{Arms, without_towers};
+use super::rotary::without_towers;
 use super::settings::Settings;
 use super::stated::finite;
 use super::{Includes, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
+use crate::geometry::Shape;
 use std::f64::consts::TAU;
 
 /// The number of measurements of a kind that Klipper reads.
@@ -165,16 +166,15 @@ fn refuse_elsewhere(settings: &Settings, imported: &Imported) -> Result<(), Inpu
 }
 
 fn rotary(settings: &Settings) -> Result<Machine, InputError> {
-    let arms = Arms {
-        radius: settings.require_above_zero(PRINTER, "shoulder_radius")?,
-        heights: [settings.require_above_zero(PRINTER, "shoulder_height")?; 3],
-        azimuths: azimuths(settings, USUAL_ARMS)?,
-        upper: like_first(settings, "upper_arm_length", Some(0.0))?,
-        lower: like_first(settings, "lower_arm_length", Some(0.0))?,
-        bed: settings.above_zero(SAVED, "radius")?,
-    };
+    let radius = settings.require_above_zero(PRINTER, "shoulder_radius")?;
+    let height = settings.require_above_zero(PRINTER, "shoulder_height")?;
+    let azimuths = azimuths(settings, USUAL_ARMS)?;
+    let upper = like_first(settings, "upper_arm_length", Some(0.0))?;
+    let lower = like_first(settings, "lower_arm_length", Some(0.0))?;
     let endstops = like_first(settings, "position_endstop", None)?;
-    arms.machine(&settings.name, endstops)
+    let arms = Shape::three(azimuths, radius, [[height; 3], upper, lower]);
+    let bed = settings.above_zero(SAVED, "radius")?;
+    Machine::rotary(&settings.name, &arms, endstops, bed)
 }
 
 /// Probed heights, manual heights and distances, each with its name in the settings. If there are heights of both

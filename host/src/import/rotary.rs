@@ -5,8 +5,7 @@ use super::settings::Settings;
 use super::{Firmware, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
-use delta_cal::Real;
-use delta_cal::robot::Arm;
+use crate::geometry::Shape;
 
 pub(super) const M666: &str = "M666";
 pub(super) const M669: &str = "M669";
@@ -36,36 +35,16 @@ const NAMES: [(&str, &[&str]); 6] = [
 ];
 const LENGTHS: &str = "lengths";
 
-/// A rotary Delta: lengths in mm, angles in degrees.
-pub(super) struct Arms {
-    pub(super) azimuths: [f64; 3],
-    pub(super) radius: f64,
-    pub(super) heights: [f64; 3],
-    pub(super) upper: [f64; 3],
-    pub(super) lower: [f64; 3],
-    pub(super) bed: Option<f64>,
-}
-
-impl Arms {
-    /// With the height of the nozzle at x = y = 0 with each arm at its end stop.
-    pub(super) fn machine(&self, name: &str, endstops: [f64; 3]) -> Result<Machine, InputError> {
-        let arm = |index: usize| {
-            let azimuth = self.azimuths[index].to_radians();
-            let (sine, cosine) = azimuth.sine_cosine();
-            let [x, y] = [self.radius * cosine, self.radius * sine];
-            let [upper, lower] = [self.upper[index], self.lower[index]];
-            Arm::new([x, y, self.heights[index], azimuth, 0.0, upper, 0.0, lower])
-        };
-        Machine::rotary(name, arm, endstops, self.bed)
-    }
-
-    /// With each arm at its end stop at an angle below level.
-    fn imported(&self, settings: &Settings, home: [f64; 3]) -> Result<Imported, InputError> {
-        let machine = self.machine(&settings.name, [0.0; 3])?;
-        let home = home.map(f64::to_radians);
-        let readings = Readings::of_name(&settings.name);
-        machine.imported(settings, home, readings, Vec::new())
-    }
+/// With each arm at its end stop at an angle below level, degrees.
+fn imported(
+    settings: &Settings,
+    arms: &[Shape; 3],
+    home: [f64; 3],
+    bed: Option<f64>,
+) -> Result<Imported, InputError> {
+    let machine = Machine::rotary(&settings.name, arms, [0.0; 3], bed)?;
+    let readings = Readings::of_name(&settings.name);
+    machine.imported(settings, home.map(f64::to_radians), readings, Vec::new())
 }
 
 /// Towers have none of these.
@@ -97,16 +76,11 @@ pub(super) fn of_gcode(words: &Settings, stated: &Stated) -> Result<Option<Impor
     let highest = range.get(1).copied().unwrap_or(HIGHEST);
     let [corrections, trims] = [M669, M666].map(|command| words.three(command, ["X", "Y", "Z"]));
     let (corrections, trims) = (corrections?, trims?);
-    let arms = Arms {
-        azimuths: [0, 1, 2].map(|arm| ARMS[arm] + corrections[arm]),
-        radius: words.require_above_zero(M669, "R")?,
-        heights: each("H")?,
-        upper: each("U")?,
-        lower: each("L")?,
-        bed: words.above_zero(M669, "B")?,
-    };
+    let azimuths = [0, 1, 2].map(|arm| ARMS[arm] + corrections[arm]);
+    let radius = words.require_above_zero(M669, "R")?;
+    let arms = Shape::three(azimuths, radius, [each("H")?, each("U")?, each("L")?]);
     let home = trims.map(|trim| -(highest + trim));
-    arms.imported(words, home).map(Some)
+    imported(words, &arms, home, words.above_zero(M669, "B")?).map(Some)
 }
 
 /// Reads FluidNC's configuration, or grblHAL's settings.
@@ -157,15 +131,10 @@ pub(super) fn import(
         (Some(angle), Firmware::FluidNc) => angle.to_degrees(),
         (angle, _) => angle.copied().unwrap_or_default(),
     });
-    let arms = Arms {
-        azimuths: MOTORS,
-        radius: (base - platform) / (2.0 * 3f64.sqrt()),
-        heights: [0.0; 3],
-        upper: [upper; 3],
-        lower: [lower; 3],
-        bed: None,
-    };
-    let mut imported = arms.imported(&settings, degrees.map_or(each, |own| [own; 3]))?;
+    let radius = (base - platform) / (2.0 * 3f64.sqrt());
+    let arms = Shape::three(MOTORS, radius, [[0.0; 3], [upper; 3], [lower; 3]]);
+    let home = degrees.map_or(each, |own| [own; 3]);
+    let mut imported = imported(&settings, &arms, home, None)?;
     imported.robot.platform_radius = Some(platform / (2.0 * 3f64.sqrt()));
     Ok(imported)
 }

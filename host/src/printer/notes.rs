@@ -4,7 +4,8 @@
 use crate::effects::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
-use crate::import::{Firmware, Imported};
+use crate::geometry::Shape;
+use crate::import::{Firmware, Imported, USUAL_TOWERS};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Real, Robot};
 use nalgebra::Vector3;
@@ -199,11 +200,8 @@ fn lengths_for(robot: &Robot<f64>, bed: Option<f64>, scale: f64) -> Option<[f64;
     let (radius, rod) = (mean(|arm| arm.d().xy().norm()), mean(Arm::lb));
     let out = 0.9 * bed?;
     let made = |radius: f64, rod: f64| {
-        let arm = |index: u8| {
-            let (sine, cosine) = (TAU * (f64::from(index) / 3.0 + 0.25)).sine_cosine();
-            Arm::linear([radius * cosine, radius * sine, 0.0, 0.0, 0.0, 1.0, rod]).ok()
-        };
-        Robot::new([arm(0)?, arm(1)?, arm(2)?]).ok()
+        let towers = Shape::three(USUAL_TOWERS, radius, [[0.0; 3], [0.0; 3], [rod; 3]]);
+        Shape::robot(&towers, Drive::Linear).ok()
     };
     let controller = made(radius, rod)?;
     // Height at the rim over that of the centre, and the part by which the rim is further out.

@@ -149,7 +149,7 @@ pub fn targets() -> &'static [Target] {
     struct File {
         target: Vec<Target>,
     }
-    // The text is part of the program, and a test shows that it can be read.
+    // The text is part of the program, and every test of an export shows that it can be read.
     static FILE: LazyLock<File> =
         LazyLock::new(|| toml::from_str(include_str!("targets.toml")).unwrap_or_default());
     &FILE.target
@@ -488,43 +488,4 @@ fn height_on_the_axis(arm: &Shape, angle: f64) -> Option<f64> {
     let below = arm.upper * sin - square.sqrt();
     let towards = f64::atan2(below, -arm.radius);
     (cos > (2.0 * towards - angle).cos()).then_some(arm.height + below)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Fitted, Value, targets};
-    use crate::export::Settings;
-    use crate::export::geometry::{Geometry, Holds, Shape};
-    use crate::files::example::ROBOT_TOML;
-    use crate::{InputText, RobotFile};
-    use delta_cal::frame::RigidTransform;
-
-    #[test]
-    fn the_file_of_targets_is_read_and_its_quantities_are_known() {
-        assert_eq!(targets().len(), 17);
-        let robot = RobotFile::read(&InputText::new("robot.toml", ROBOT_TOML)).unwrap();
-        let shapes = Shape::all(&robot.robot, &[0.0; 3], &RigidTransform::identity());
-        let drive = robot.robot.drive();
-        let fitted = Fitted {
-            robot: &robot,
-            convention: robot.convention,
-            settings: &Settings::default(),
-            geometry: Geometry::start(drive, &shapes, &Holds::default(), 500.0),
-            home: [-0.5; 3],
-            reach: 200.0,
-        };
-        for own in targets() {
-            let warnings = own.warnings.iter().map(|warning| &warning.text);
-            for part in warnings
-                .chain([&own.lines])
-                .flat_map(|text| text.split('{').skip(1))
-            {
-                let (_, value) = part.split_once('}').unwrap().0.split_once('=').unwrap();
-                let quantity = value.split_whitespace().next().unwrap();
-                if let Ok(Value::Text(text)) = fitted.value(quantity, 0) {
-                    assert!(!text.contains('{'), "{quantity}");
-                }
-            }
-        }
-    }
 }

@@ -142,5 +142,8 @@ pub(crate) fn export(folder: &Folder, target: &str, options: &str) -> (String, V
         "export calibrated.toml --nominal robot.toml --for {target} --output lines.txt --json report.json {options}"
     );
     folder.run(&command).ok();
-    (folder.read("lines.txt"), folder.json("report.json"))
+    let (lines, report) = (folder.read("lines.txt"), folder.json("report.json"));
+    // All of the template is filled in.
+    assert!(!(lines + &report["warnings"].to_string()).contains('{'));
+    (folder.read("lines.txt"), report)
 }

@@ -315,21 +315,15 @@ fn gear_ratio(settings: &Settings, section: &str) -> Result<f64, InputError> {
     let Some(entry) = settings.get(section, "gear_ratio") else {
         return Ok(1.0);
     };
-    let mut ratio = 1.0;
-    let pairs = entry
-        .value
-        .split(',')
-        .filter(|pair| !pair.trim().is_empty());
-    for pair in pairs {
-        let number = |text: &str| text.trim().parse().ok().filter(|own| *own > 0.0);
-        let numbers = pair.split_once(':').and_then(|(driven, driving)| {
-            let ratio: f64 = number(driven)?;
-            Some(ratio / number(driving)?)
-        });
-        ratio *= numbers.ok_or_else(|| {
-            let wanted = "ratios such as 107:16, separated by commas";
-            settings.damaged(section, "gear_ratio", wanted)
-        })?;
-    }
-    Ok(ratio)
+    let number = |text: &str| text.trim().parse().ok().filter(|own: &f64| *own > 0.0);
+    let ratio = |pair: &str| {
+        let (driven, driving) = pair.split_once(':')?;
+        Some(number(driven)? / number(driving)?)
+    };
+    let pairs = entry.value.split(',').filter(|own| !own.trim().is_empty());
+    let ratio: Option<f64> = pairs.map(ratio).product();
+    ratio.ok_or_else(|| {
+        let wanted = "ratios such as 107:16, separated by commas";
+        settings.damaged(section, "gear_ratio", wanted)
+    })
 }

@@ -1,5 +1,5 @@
 //! Which poses a robot can take: limits of joints and ball joints, what rules out other poses, and a sweep of the
-//! forward model.
+//! forward model; arms in cylindrical coordinates.
 
 mod parallelograms;
 mod region;

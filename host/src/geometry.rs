@@ -1,8 +1,9 @@
 //! Which poses a robot can take: limits of joints and ball joints, what rules out other poses, and a sweep of the
-//! forward model.
+//! forward model; arms in cylindrical coordinates.
 
 mod parallelograms;
 mod region;
+mod shape;
 
 use crate::text::joint;
 use delta_cal::kinematics::{JointLimits, KinematicsError, SingularityDistance};
@@ -13,6 +14,7 @@ pub(crate) use parallelograms::rotation;
 pub use parallelograms::{NUMBERS, OF_ARM, Parallelograms, PlatformPose};
 pub use region::Region;
 pub(crate) use region::{below, uniform};
+pub use shape::Shape;
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 

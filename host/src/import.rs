@@ -152,7 +152,8 @@ impl Firmware {
         } else {
             (
                 "the file is not a configuration of Klipper, RepRapFirmware, Marlin, FluidNC or grblHAL",
-                "give first printer.cfg, config.g, the output of M503 or of $$, Configuration.h, FluidNC's file, or a robot file",
+                "give printer.cfg, config.g, the output of M503 or of $$, Configuration.h or FluidNC's file; calibrate takes it, or a \
+                 robot file, before the measurements",
             )
         };
         Err(InputError::new(input.name(), cause).with_remedy(remedy))

@@ -78,14 +78,12 @@ fn unknowns(
     // The heights of the arms hold that of the frame, azimuths of their own its turn about z.
     let height = holds.heights == Each::Fixed;
     let turn = holds.azimuths_deg.is_some();
-    let shifts = [true, true, height].into_iter().enumerate();
-    let turns = [!level, !level, turn].into_iter().enumerate();
-    free.extend(
-        shifts
-            .filter(|own| own.1)
-            .map(|own| (Of::Shift(own.0), 1.0)),
-    );
-    free.extend(turns.filter(|own| own.1).map(|own| (Of::Turn(own.0), TURN)));
+    let axes = |of: fn(usize) -> Of, unit: f64, are_free: [bool; 3]| {
+        let axes = (0..3).filter(move |axis| are_free[*axis]);
+        axes.map(move |axis| (of(axis), unit))
+    };
+    free.extend(axes(Of::Shift, 1.0, [true, true, height]));
+    free.extend(axes(Of::Turn, TURN, [!level, !level, turn]));
     free
 }
 

@@ -1,6 +1,7 @@
 //! An arm or a tower in the parameters that controllers use, and which of these a controller holds.
 
 use crate::files::convention::Convention;
+pub use crate::geometry::Shape;
 use crate::import::USUAL_TOWERS;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
@@ -11,26 +12,6 @@ use std::f64::consts::TAU;
 
 /// Towers this close to the usual azimuths are assumed to stand there in the nominal robot, radians.
 const USUAL: f64 = 0.1;
-
-/// What controllers hold of an arm, in cylindrical coordinates: lengths in mm, angles in radians.
-///
-/// The motor axis is at radius r. The elbow is at radius r + U cos(q − φ) and height h − U sin(q − φ). An upright tower has
-/// only r, h and L: the rod's upper end is at radius r and height h + s.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Shape {
-    /// θ: the azimuth of the arm's plane or of the tower.
-    pub azimuth: f64,
-    /// r: the distance of the motor axis or tower from the z axis, minus the platform radius.
-    pub radius: f64,
-    /// h: the height of the motor axis, or of the rod's upper end at travel 0.
-    pub height: f64,
-    /// U: the upper arm.
-    pub upper: f64,
-    /// L: the forearm or rod.
-    pub lower: f64,
-    /// φ: the joint angle at which the upper arm is level.
-    pub zero: f64,
-}
 
 impl Shape {
     /// Of a rotary arm, without its tilt and the distance of its plane from the z axis.
@@ -95,21 +76,6 @@ impl Shape {
         }
         mean
     }
-
-    fn arm(&self, drive: Drive) -> Result<Arm<f64>, GeometryError> {
-        let (sin, cos) = self.azimuth.sin_cos();
-        let [x, y, z] = [self.radius * cos, self.radius * sin, self.height];
-        let (sin, cos) = self.zero.sin_cos();
-        let (la_x, la_y) = (self.upper * cos, self.upper * sin);
-        match drive {
-            Drive::Linear => Arm::linear([x, y, z, 0.0, 0.0, 1.0, self.lower]),
-            Drive::Rotary => Arm::new([x, y, z, self.azimuth, 0.0, la_x, la_y, self.lower]),
-        }
-    }
-}
-
-fn robot([a, b, c]: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, GeometryError> {
-    Robot::new([a.arm(drive)?, b.arm(drive)?, c.arm(drive)?])
 }
 
 /// The centre of the circle through three points; their mean if they are collinear.
@@ -163,7 +129,7 @@ pub fn nearest_symmetric(arms: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, 
         even_azimuths(arms)
     };
     let mean = Shape::mean(arms);
-    robot(&azimuths.map(|azimuth| Shape { azimuth, ..mean }), drive)
+    Shape::robot(&azimuths.map(|azimuth| Shape { azimuth, ..mean }), drive)
 }
 
 /// How a controller holds one kind of parameter.
@@ -292,7 +258,7 @@ impl Geometry {
     /// # Errors
     /// The parameters are not a valid robot.
     pub fn robot(&self) -> Result<Robot<f64>, GeometryError> {
-        robot(&self.arms, self.drive)
+        Shape::robot(&self.arms, self.drive)
     }
 
     /// The geometry as it is written: lengths to 0.0001 mm, angles to 0.0001°.

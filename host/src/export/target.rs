@@ -4,10 +4,10 @@ use super::Settings;
 use super::error::ExportError;
 use super::geometry::{Geometry, Holds, Shape, to_decimals};
 use crate::files::convention::Convention;
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, TRANSMISSION_KEYS, arm_key};
 use crate::import::USUAL_TOWERS;
 use delta_cal::ArmIndex;
-use delta_cal::robot::Drive;
+use delta_cal::robot::{Drive, ParameterKind};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::f64::consts::FRAC_PI_2;
@@ -111,6 +111,9 @@ pub struct Entry {
     pub value: f64,
     /// `mm`, `in` or `deg`.
     pub unit: &'static str,
+    /// Whether it is the place of an end stop.
+    #[serde(skip)]
+    pub is_endstop: bool,
 }
 
 /// The parameters of a target, and the lines to paste.
@@ -146,7 +149,7 @@ pub fn targets() -> &'static [Target] {
     struct File {
         target: Vec<Target>,
     }
-    // The text is part of the program, and a test shows that it can be read.
+    // The text is part of the program, and every test of an export shows that it can be read.
     static FILE: LazyLock<File> =
         LazyLock::new(|| toml::from_str(include_str!("targets.toml")).unwrap_or_default());
     &FILE.target
@@ -261,6 +264,7 @@ impl Target {
                     name: name.trim().to_owned(),
                     value,
                     unit,
+                    is_endstop: quantity.contains("endstop"),
                 });
             }
         }
@@ -324,14 +328,14 @@ impl Fitted<'_> {
             "mean_rod" => mm(mean_rod),
             "above_mean_rod" => mm(own.lower - mean_rod),
             // The joint angle with the upper arm level, reversed; the same as the joints count.
-            "minus_zero" => degrees(-own.zero),
+            "endstop_correction" => degrees(-own.zero),
             "zero_as_counted" => degrees(convention.sense() * own.zero),
             "count_direction" => {
                 let upwards = convention.sense() < 0.0;
                 text(if upwards { "Inverse" } else { "Standard" }.to_owned())
             }
             // The joint angle at the end stop, counted from where the upper arm is level.
-            "home_offset" => degrees(home - own.zero),
+            "endstop_angle" => degrees(home - own.zero),
             // The height of the nozzle at x = y = 0 with the arm at its end stop.
             "position_endstop" => {
                 let endstop = height_on_the_axis(own, own.zero - home);
@@ -343,7 +347,7 @@ impl Fitted<'_> {
             // Above level: the limits, and each end stop from the highest.
             "lowest_angle" => degrees(f64::min(-limits.maximum(), highest)),
             "highest_angle" => degrees(highest),
-            "angle_trim" => degrees(own.zero - home - highest),
+            "endstop_trim" => degrees(own.zero - home - highest),
             // The height of the nozzle at x = y = 0 with the carriage at its end stop.
             "tower_endstop" => mm(endstops[arm]),
             "mean_endstop" => mm(mean_endstop),
@@ -370,7 +374,7 @@ impl Fitted<'_> {
             }
             "least_joint" => rounded(limits.minimum()),
             "largest_joint" => rounded(limits.maximum()),
-            "stated_home_offset" => text(self.settings.home.map_or_else(String::new, |home| {
+            "stated_endstop_angle" => text(self.settings.home.map_or_else(String::new, |home| {
                 let offset = decimals(home[motor].to_degrees(), 4);
                 format!("# HOME_OFFSET = {offset}\n")
             })),
@@ -380,34 +384,23 @@ impl Fitted<'_> {
         })
     }
 
-    /// A parameter of the robot's arm, or of the transmission of its joint: the gain, and harmonics in degrees.
-    fn parameter(&self, quantity: &str, motor: usize) -> Option<Value> {
-        let convention = &self.convention;
-        let mut parameters = self.robot.robot.parameters()[motor];
-        for (own, sign) in parameters.iter_mut().zip(convention.signs()) {
-            *own *= sign;
+    /// What the robot file states of an arm under this key, or of the transmission of its joint.
+    fn parameter(&self, key: &str, motor: usize) -> Option<Value> {
+        let arm = &self.robot.robot.arms()[motor];
+        let mut parameters = arm.drive().parameters().iter();
+        if let Some(own) = parameters.find(|own| arm_key(**own) == key) {
+            let value = self.convention.parameter(*own, arm.get(*own));
+            return Some(match own.kind() {
+                ParameterKind::Angle => Value::Degrees(value.to_degrees()),
+                ParameterKind::Length | ParameterKind::Ratio => Value::Length(value),
+            });
         }
-        let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = parameters;
+        let place = TRANSMISSION_KEYS.iter().position(|own| *own == key)?;
         let transmission = self.robot.robot.transmissions()[motor].numbers();
-        let [gain, cos, sin, cos2, sin2] = convention.transmission(transmission);
-        let precise = |value: f64| Value::Text(decimals(value, 9));
-        let (mm, degrees) = (Value::Length, |own: f64| Value::Degrees(own.to_degrees()));
-        Some(match quantity {
-            "dx" => mm(dx),
-            "dy" => mm(dy),
-            "dz" => mm(dz),
-            "theta" => degrees(theta),
-            "alpha" => degrees(alpha),
-            "la_x" => mm(la_x),
-            "la_y" => mm(la_y),
-            "lb" => mm(lb),
-            "gain" => precise(gain),
-            "cos_1" => precise(cos.to_degrees()),
-            "sin_1" => precise(sin.to_degrees()),
-            "cos_2" => precise(cos2.to_degrees()),
-            "sin_2" => precise(sin2.to_degrees()),
-            _ => return None,
-        })
+        let value = self.convention.transmission(transmission)[place];
+        let is_gain = place == 0;
+        let value = if is_gain { value } else { value.to_degrees() };
+        Some(Value::Text(decimals(value, 9)))
     }
 
     fn is(&self, condition: Condition) -> bool {
@@ -495,43 +488,4 @@ fn height_on_the_axis(arm: &Shape, angle: f64) -> Option<f64> {
     let below = arm.upper * sin - square.sqrt();
     let towards = f64::atan2(below, -arm.radius);
     (cos > (2.0 * towards - angle).cos()).then_some(arm.height + below)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Fitted, Value, targets};
-    use crate::export::Settings;
-    use crate::export::geometry::{Geometry, Holds, Shape};
-    use crate::files::example::ROBOT_TOML;
-    use crate::{InputText, RobotFile};
-    use delta_cal::frame::RigidTransform;
-
-    #[test]
-    fn the_file_of_targets_is_read_and_its_quantities_are_known() {
-        assert_eq!(targets().len(), 17);
-        let robot = RobotFile::read(&InputText::new("robot.toml", ROBOT_TOML)).unwrap();
-        let shapes = Shape::all(&robot.robot, &[0.0; 3], &RigidTransform::identity());
-        let drive = robot.robot.drive();
-        let fitted = Fitted {
-            robot: &robot,
-            convention: robot.convention,
-            settings: &Settings::default(),
-            geometry: Geometry::start(drive, &shapes, &Holds::default(), 500.0),
-            home: [-0.5; 3],
-            reach: 200.0,
-        };
-        for own in targets() {
-            let warnings = own.warnings.iter().map(|warning| &warning.text);
-            for part in warnings
-                .chain([&own.lines])
-                .flat_map(|text| text.split('{').skip(1))
-            {
-                let (_, value) = part.split_once('}').unwrap().0.split_once('=').unwrap();
-                let quantity = value.split_whitespace().next().unwrap();
-                if let Ok(Value::Text(text)) = fitted.value(quantity, 0) {
-                    assert!(!text.contains('{'), "{quantity}");
-                }
-            }
-        }
-    }
 }

@@ -49,7 +49,7 @@ impl Cells {
 }
 
 /// A file's name and text, without byte order mark and with lines ending in `\n`; or a table's header and its columns.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct InputText {
     name: String,
     text: String,
@@ -140,11 +140,8 @@ impl InputText {
         Self {
             name,
             text: text.replace("\r\n", "\n").replace('\r', "\n"),
-            cells: None,
             sha256: hexadecimal(&digest.finalize()),
-            columns: ColumnMapping::default(),
-            lines: None,
-            beside: None,
+            ..Self::default()
         }
     }
 

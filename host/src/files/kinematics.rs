@@ -1,5 +1,6 @@
 //! Forward and inverse kinematics of whole files.
 
+use super::columns::Quantity;
 use super::input::{InputError, InputText};
 use super::robot_file::{RobotFile, Tool};
 use super::samples_file::{read_joints, read_positions};
@@ -8,9 +9,6 @@ use crate::text::{degrees, joint, list, rounded};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::{ArmIndex, Sample};
 use nalgebra::Vector3;
-
-/// The columns of the rotation vector.
-const TILT: [&str; 3] = ["rx_deg", "ry_deg", "rz_deg"];
 
 /// A point of the platform by the name of its target, by `tool`, or by its coordinates in the axes of the robot file.
 ///
@@ -113,7 +111,7 @@ pub fn to_csv(robot: &RobotFile, samples: &[Sample<f64>]) -> String {
     let convention = &robot.convention;
     let rods = robot.parallelograms.filter(|own| !own.are_exact());
     let mut header = vec![convention.joint_columns(), convention.position_columns()];
-    header.extend(rods.map(|_| TILT.map(str::to_owned)));
+    header.extend(rods.map(|_| Quantity::TURNS.map(|own| convention.column(own))));
     let rows = samples.iter().map(|own| {
         let mut cells = vec![
             convention.joints(&own.joints),

@@ -66,7 +66,7 @@ const STEPS: u32 = 50;
 /// The tool is there, mm.
 const THERE: f64 = 1e-9;
 
-const fn arm_key(parameter: Parameter) -> &'static str {
+pub(crate) const fn arm_key(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::Dx => "dx_mm",
         Parameter::Dy => "dy_mm",
@@ -83,7 +83,7 @@ const fn arm_key(parameter: Parameter) -> &'static str {
 }
 
 /// The keys of transmission errors in an `[[arm]]` section.
-const TRANSMISSION_KEYS: [&str; 5] = [
+pub(crate) const TRANSMISSION_KEYS: [&str; 5] = [
     "transmission_gain",
     "transmission_cos_deg",
     "transmission_sin_deg",
@@ -408,6 +408,12 @@ const USUAL_SCALE: f64 = 1e-5;
 impl InstrumentFacts {
     pub(crate) fn target(&self, name: &str) -> Option<&Target> {
         self.targets.iter().find(|own| own.name == name)
+    }
+
+    /// Whether a row of this name is a datum point.
+    pub(crate) fn is_datum(&self, name: &str) -> bool {
+        let mut points = self.datum_measured.iter();
+        points.any(|(_, own)| own == name)
     }
 
     /// σ of an instrument's scale and of a robot's expansion together.

@@ -47,7 +47,7 @@ pub struct Row<T> {
 /// `rx_deg, ry_deg, rz_deg`, `target`, `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
 /// any order, `name`, `repeat`, `approach` and `use`, separated by commas, semicolons, tabs or spaces. Columns whose name starts with `_` are ignored, and so
 /// are lines that start with `#`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Readings {
     /// Name of the file, for messages.
     pub name: String,
@@ -98,7 +98,7 @@ impl Label {
 }
 
 /// The readings at one pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Reading {
     /// Joint angles, radians; travels of linear drives, mm.
     pub joints: [f64; 3],
@@ -129,16 +129,10 @@ pub enum ReadingFrom {
 
 impl Reading {
     /// No readings yet, at these joint angles (radians) or travels (mm).
-    pub const fn at(joints: [f64; 3]) -> Self {
+    pub fn at(joints: [f64; 3]) -> Self {
         Self {
             joints,
-            position: [None; 3],
-            height: None,
-            distance: None,
-            sigma: None,
-            shape: None,
-            target: 0,
-            turn: None,
+            ..Self::default()
         }
     }
 
@@ -231,12 +225,10 @@ impl Readings {
         table.require_joints(Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
         let mut file = Self::of_name(input.name());
-        let names = robot.instruments.datum_measured.iter();
-        let names: BTreeSet<_> = names.map(|(_, name)| name.as_str()).collect();
         let (labels, _) = table.labels()?;
         let datum = |line: u64| {
-            let name = labels.get(&line)?.name.as_deref()?;
-            names.contains(name).then(|| name.to_owned())
+            let name = labels.get(&line)?.name.clone();
+            name.filter(|own| robot.instruments.is_datum(own))
         };
         let mut rows = table.rows(|row| {
             let joints = match datum(row.line) {
@@ -295,17 +287,9 @@ impl Readings {
     pub fn of_name(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
-            rows: Vec::new(),
-            planes: Vec::new(),
-            points: Vec::new(),
-            targets: Vec::new(),
-            labels: BTreeMap::new(),
-            directions: BTreeMap::new(),
-            datum: Vec::new(),
-            copies: Vec::new(),
-            joined: None,
             in_degrees: true,
             positions_in: Some(Unit::Millimetre),
+            ..Self::default()
         }
     }
 

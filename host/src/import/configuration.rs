@@ -1,10 +1,9 @@
 //! The text of a Klipper configuration: the sections that a calibration needs, including those of included files and of
 //! the `SAVE_CONFIG` block.
 
-use super::settings::{Entry, Settings};
+use super::settings::Settings;
 use super::{Firmware, Includes};
 use crate::files::input::{InputError, InputText};
-use std::collections::BTreeMap;
 
 /// The deepest level of includes.
 const DEEPEST: usize = 64;
@@ -59,12 +58,7 @@ pub(super) fn read(
 ) -> Result<(Settings, Option<u64>), InputError> {
     let (written, saved, broken) = split(text.text());
     let mut reader = Reader {
-        settings: Settings {
-            firmware: Firmware::Klipper,
-            name: text.name().to_owned(),
-            entries: BTreeMap::new(),
-            missing: Vec::new(),
-        },
+        settings: Settings::of(Firmware::Klipper, text.name()),
         includes,
         visited: vec![text.name().to_owned()],
     };
@@ -134,15 +128,11 @@ impl Reader<'_> {
                     .at_line(*line)
                     .with_remedy("correct the line, or put # before it"));
             };
-            let key = (section.to_owned(), option.trim().to_ascii_lowercase());
-            let entry = Entry {
-                value: value.trim().to_owned(),
-                file: text.name().to_owned(),
-                line: *line,
-                saved,
-            };
-            self.settings.entries.insert(key.clone(), entry);
-            last = Some((key, indentation));
+            let option = option.trim().to_ascii_lowercase();
+            let place = (text.name(), *line);
+            let settings = &mut self.settings;
+            settings.set((section, &option), value.trim(), place, saved);
+            last = Some(((section.to_owned(), option), indentation));
         }
         Ok(())
     }

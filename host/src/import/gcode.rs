@@ -4,11 +4,10 @@ use super::header::{Header, RADIUS_TRIMS, Word};
 use super::imported::{Imported, Machine, Towers, USUAL_TOWERS};
 use super::probe::Probe;
 use super::rotary::{M666, M669, of_gcode};
-use super::settings::{Entry, Settings};
+use super::settings::Settings;
 use super::{Firmware, Includes, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
-use std::collections::BTreeMap;
 
 /// The largest trim of a rod, mm: B as a bed radius is larger.
 const LARGEST_TRIM: f64 = 10.0;
@@ -98,7 +97,7 @@ fn read(
     firmware: Firmware,
     includes: &Includes<'_>,
 ) -> Result<Settings, InputError> {
-    let mut entries = BTreeMap::new();
+    let mut settings = Settings::of(firmware, input.name());
     for input in files(input, firmware, includes)? {
         let mut header = Header::default();
         for (line, own) in (1..).zip(input.text().lines()) {
@@ -126,22 +125,12 @@ fn read(
                         .at_line(line)
                         .with_remedy("correct the line, or let the controller write it again")
                 })?;
-                let entry = Entry {
-                    value,
-                    file: input.name().to_owned(),
-                    line,
-                    saved: false,
-                };
-                entries.insert((command.to_owned(), letter.to_string()), entry);
+                let letter = letter.to_string();
+                settings.set((command, &letter), value, (input.name(), line), false);
             }
         }
     }
-    Ok(Settings {
-        firmware,
-        name: input.name().to_owned(),
-        entries,
-        missing: Vec::new(),
-    })
+    Ok(settings)
 }
 
 impl Settings {

@@ -7,10 +7,10 @@ use crate::files::columns::Quantity;
 use crate::files::input::InputError;
 use crate::files::robot_file::{KnownPlane, RobotFile, Target};
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
-use crate::geometry::{Parallelograms, Region, range, reaches_anywhere};
+use crate::geometry::{Parallelograms, Region, Shape, range, reaches_anywhere};
 use crate::text::rounded;
 use delta_cal::kinematics::JointLimits;
-use delta_cal::robot::{Arm, Drive, GeometryError};
+use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Real, Robot, Tolerance};
 use nalgebra::{Rotation3, Vector3};
 
@@ -116,11 +116,9 @@ impl Towers {
 
     /// Upright towers with these carriage heights at a travel of 0.
     fn robot(&self, name: &str, zeros: [f64; 3]) -> Result<Robot<f64>, InputError> {
-        robot(name, |index| {
-            let (sine, cosine) = self.azimuths[index].to_radians().sine_cosine();
-            let [x, y] = [self.radius * cosine, self.radius * sine];
-            Arm::linear([x, y, zeros[index], 0.0, 0.0, 1.0, self.rods[index]])
-        })
+        let towers = Shape::three(self.azimuths, self.radius, [zeros, [0.0; 3], self.rods]);
+        let robot = Shape::robot(&towers, Drive::Linear);
+        robot.map_err(|error| impossible(name, error))
     }
 
     /// The travel of each carriage at its end stop.
@@ -193,14 +191,6 @@ fn impossible(name: &str, cause: impl std::fmt::Display) -> InputError {
         .with_remedy("check the lengths of the configuration, in mm")
 }
 
-fn robot(
-    name: &str,
-    arm: impl Fn(usize) -> Result<Arm<f64>, GeometryError>,
-) -> Result<Robot<f64>, InputError> {
-    let robot = || Robot::new([arm(0)?, arm(1)?, arm(2)?]);
-    robot().map_err(|error| impossible(name, error))
-}
-
 impl Machine {
     /// Upright towers, with the radius of the printed area if it is stated, and its lowest height.
     pub(super) fn towers(
@@ -219,31 +209,37 @@ impl Machine {
             .and_then(|own| own.with_forearm(stated.rods_sigma.unwrap_or(COMMON_ROD)));
         let usual = USUAL_BED * configured.radius;
         Ok(Self {
-            robot: robot.clone(),
             // The owner may state rods because those of the configuration are impossible.
-            configured: configured.robot(name, shift).unwrap_or(robot),
-            tilt: [0.0; 2],
-            endstops: own.endstops,
-            bed_radius,
+            configured: configured.robot(name, shift).unwrap_or(robot.clone()),
             area: (bed_radius.unwrap_or(usual), lowest),
             tolerance: tolerance.ok(),
             notes: rods_note(stated, configured).into_iter().collect(),
             first: configured.first(stated),
             stated: (stated.rods.is_some(), stated.radius.is_some()),
+            ..Self::of(robot, own.endstops, bed_radius)
         })
     }
 
     /// Rotary arms.
     pub(super) fn rotary(
         name: &str,
-        arm: impl Fn(usize) -> Result<Arm<f64>, GeometryError>,
+        arms: &[Shape; 3],
         endstops: [f64; 3],
         bed_radius: Option<f64>,
     ) -> Result<Self, InputError> {
-        let robot = robot(name, arm)?;
+        let robot = Shape::robot(arms, Drive::Rotary);
+        let robot = robot.map_err(|error| impossible(name, error))?;
         let tolerance = Tolerance::new(ARMS.0, ARMS.1.to_radians())
             .and_then(|own| own.with_joint_zero(ARM_ZERO.to_radians()));
         Ok(Self {
+            tolerance: tolerance.ok(),
+            ..Self::of(robot, endstops, bed_radius)
+        })
+    }
+
+    /// Nothing but a robot that is as configured.
+    fn of(robot: Robot<f64>, endstops: [f64; 3], bed_radius: Option<f64>) -> Self {
+        Self {
             robot: robot.clone(),
             configured: robot,
             tilt: [0.0; 2],
@@ -252,9 +248,9 @@ impl Machine {
             endstops,
             bed_radius,
             area: (0.0, 0.0),
-            tolerance: tolerance.ok(),
+            tolerance: None,
             notes: Vec::new(),
-        })
+        }
     }
 
     /// The joints at their end stops; `None` for an end stop that no joint angle reaches.

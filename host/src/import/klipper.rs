@@ -10,8 +10,7 @@ use super::stated::finite;
 use super::{Includes, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
-use delta_cal::Real;
-use delta_cal::robot::Arm;
+use crate::geometry::Shape;
 use std::f64::consts::TAU;
 
 /// The number of measurements of a kind that Klipper reads.
@@ -173,14 +172,9 @@ fn rotary(settings: &Settings) -> Result<Machine, InputError> {
     let upper = like_first(settings, "upper_arm_length", Some(0.0))?;
     let lower = like_first(settings, "lower_arm_length", Some(0.0))?;
     let endstops = like_first(settings, "position_endstop", None)?;
-    let arm = |index: usize| {
-        let azimuth = azimuths[index].to_radians();
-        let (sine, cosine) = azimuth.sine_cosine();
-        let (x, y) = (radius * cosine, radius * sine);
-        Arm::new([x, y, height, azimuth, 0.0, upper[index], 0.0, lower[index]])
-    };
+    let arms = Shape::three(azimuths, radius, [[height; 3], upper, lower]);
     let bed = settings.above_zero(SAVED, "radius")?;
-    Machine::rotary(&settings.name, arm, endstops, bed)
+    Machine::rotary(&settings.name, &arms, endstops, bed)
 }
 
 /// Probed heights, manual heights and distances, each with its name in the settings. If there are heights of both
@@ -321,21 +315,15 @@ fn gear_ratio(settings: &Settings, section: &str) -> Result<f64, InputError> {
     let Some(entry) = settings.get(section, "gear_ratio") else {
         return Ok(1.0);
     };
-    let mut ratio = 1.0;
-    let pairs = entry
-        .value
-        .split(',')
-        .filter(|pair| !pair.trim().is_empty());
-    for pair in pairs {
-        let number = |text: &str| text.trim().parse().ok().filter(|own| *own > 0.0);
-        let numbers = pair.split_once(':').and_then(|(driven, driving)| {
-            let ratio: f64 = number(driven)?;
-            Some(ratio / number(driving)?)
-        });
-        ratio *= numbers.ok_or_else(|| {
-            let wanted = "ratios such as 107:16, separated by commas";
-            settings.damaged(section, "gear_ratio", wanted)
-        })?;
-    }
-    Ok(ratio)
+    let number = |text: &str| text.trim().parse().ok().filter(|own: &f64| *own > 0.0);
+    let ratio = |pair: &str| {
+        let (driven, driving) = pair.split_once(':')?;
+        Some(number(driven)? / number(driving)?)
+    };
+    let pairs = entry.value.split(',').filter(|own| !own.trim().is_empty());
+    let ratio: Option<f64> = pairs.map(ratio).product();
+    ratio.ok_or_else(|| {
+        let wanted = "ratios such as 107:16, separated by commas";
+        settings.damaged(section, "gear_ratio", wanted)
+    })
 }

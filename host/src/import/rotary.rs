@@ -1,13 +1,11 @@
 //! Rotary Deltas of RepRapFirmware (M669 K10), FluidNC (`parallel_delta`) and grblHAL (`$641` to `$648`).
 
 use super::imported::{Imported, Machine};
-use super::settings::{Entry, Settings};
+use super::settings::Settings;
 use super::{Firmware, Stated};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
-use delta_cal::Real;
-use delta_cal::robot::Arm;
-use std::collections::BTreeMap;
+use crate::geometry::Shape;
 
 pub(super) const M666: &str = "M666";
 pub(super) const M669: &str = "M669";
@@ -37,32 +35,16 @@ const NAMES: [(&str, &[&str]); 6] = [
 ];
 const LENGTHS: &str = "lengths";
 
-/// A rotary Delta: lengths in mm, angles in degrees.
-struct Arms {
-    azimuths: [f64; 3],
-    radius: f64,
-    heights: [f64; 3],
-    upper: [f64; 3],
-    lower: [f64; 3],
-    /// Of each arm at its end stop, below level.
+/// With each arm at its end stop at an angle below level, degrees.
+fn imported(
+    settings: &Settings,
+    arms: &[Shape; 3],
     home: [f64; 3],
     bed: Option<f64>,
-}
-
-impl Arms {
-    fn imported(self, settings: &Settings) -> Result<Imported, InputError> {
-        let arm = |index: usize| {
-            let azimuth = self.azimuths[index].to_radians();
-            let (sine, cosine) = azimuth.sine_cosine();
-            let [x, y] = [self.radius * cosine, self.radius * sine];
-            let [upper, lower] = [self.upper[index], self.lower[index]];
-            Arm::new([x, y, self.heights[index], azimuth, 0.0, upper, 0.0, lower])
-        };
-        let machine = Machine::rotary(&settings.name, arm, [0.0; 3], self.bed)?;
-        let home = self.home.map(f64::to_radians);
-        let readings = Readings::of_name(&settings.name);
-        machine.imported(settings, home, readings, Vec::new())
-    }
+) -> Result<Imported, InputError> {
+    let machine = Machine::rotary(&settings.name, arms, [0.0; 3], bed)?;
+    let readings = Readings::of_name(&settings.name);
+    machine.imported(settings, home.map(f64::to_radians), readings, Vec::new())
 }
 
 /// Towers have none of these.
@@ -94,16 +76,11 @@ pub(super) fn of_gcode(words: &Settings, stated: &Stated) -> Result<Option<Impor
     let highest = range.get(1).copied().unwrap_or(HIGHEST);
     let [corrections, trims] = [M669, M666].map(|command| words.three(command, ["X", "Y", "Z"]));
     let (corrections, trims) = (corrections?, trims?);
-    let arms = Arms {
-        azimuths: [0, 1, 2].map(|arm| ARMS[arm] + corrections[arm]),
-        radius: words.require_above_zero(M669, "R")?,
-        heights: each("H")?,
-        upper: each("U")?,
-        lower: each("L")?,
-        home: trims.map(|trim| -(highest + trim)),
-        bed: words.above_zero(M669, "B")?,
-    };
-    arms.imported(words).map(Some)
+    let azimuths = [0, 1, 2].map(|arm| ARMS[arm] + corrections[arm]);
+    let radius = words.require_above_zero(M669, "R")?;
+    let arms = Shape::three(azimuths, radius, [each("H")?, each("U")?, each("L")?]);
+    let home = trims.map(|trim| -(highest + trim));
+    imported(words, &arms, home, words.above_zero(M669, "B")?).map(Some)
 }
 
 /// Reads FluidNC's configuration, or grblHAL's settings.
@@ -115,7 +92,7 @@ pub(super) fn import(
     firmware: Firmware,
     stated: &Stated,
 ) -> Result<Imported, InputError> {
-    let mut entries = BTreeMap::new();
+    let mut settings = Settings::of(firmware, input.name());
     for (line, own) in (1..).zip(input.text().lines()) {
         let lower = own.to_ascii_lowercase();
         let lower = lower.split(['#', ';', '(']).next().unwrap_or_default();
@@ -126,31 +103,19 @@ pub(super) fn import(
         let Some((option, _)) = known.find(|(_, names)| names.contains(&name.trim())) else {
             continue;
         };
-        let entry = Entry {
-            value: value.trim().to_owned(),
-            file: input.name().to_owned(),
-            line,
-            saved: false,
-        };
-        let key = (LENGTHS.to_owned(), option.to_owned());
-        entries.entry(key).or_insert(entry);
+        if settings.get(LENGTHS, option).is_none() {
+            settings.set((LENGTHS, option), value.trim(), (input.name(), line), false);
+        }
     }
     let lengths = &NAMES[..4];
-    let missing = lengths
-        .iter()
-        .find(|(option, _)| !entries.contains_key(&(LENGTHS.to_owned(), (*option).to_owned())));
+    let mut lengths = lengths.iter();
+    let missing = lengths.find(|(option, _)| settings.get(LENGTHS, option).is_none());
     if let Some((_, names)) = missing {
         let cause = format!("the file states no {}", names.join(" or "));
         return Err(InputError::new(input.name(), cause).with_remedy(
             "give FluidNC's YAML file with parallel_delta, or what grblHAL prints for $$ with its Delta kinematics",
         ));
     }
-    let settings = Settings {
-        firmware,
-        name: input.name().to_owned(),
-        entries,
-        missing: Vec::new(),
-    };
     without_towers(&settings, stated)?;
     let length = |option| settings.require_above_zero(LENGTHS, option);
     let [upper, lower, base, platform] = [
@@ -166,16 +131,10 @@ pub(super) fn import(
         (Some(angle), Firmware::FluidNc) => angle.to_degrees(),
         (angle, _) => angle.copied().unwrap_or_default(),
     });
-    let arms = Arms {
-        azimuths: MOTORS,
-        radius: (base - platform) / (2.0 * 3f64.sqrt()),
-        heights: [0.0; 3],
-        upper: [upper; 3],
-        lower: [lower; 3],
-        home: degrees.map_or(each, |own| [own; 3]),
-        bed: None,
-    };
-    let mut imported = arms.imported(&settings)?;
+    let radius = (base - platform) / (2.0 * 3f64.sqrt());
+    let arms = Shape::three(MOTORS, radius, [[0.0; 3], [upper; 3], [lower; 3]]);
+    let home = degrees.map_or(each, |own| [own; 3]);
+    let mut imported = imported(&settings, &arms, home, None)?;
     imported.robot.platform_radius = Some(platform / (2.0 * 3f64.sqrt()));
     Ok(imported)
 }

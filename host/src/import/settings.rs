@@ -27,6 +27,34 @@ pub(super) struct Settings {
 }
 
 impl Settings {
+    /// None yet.
+    pub(super) fn of(firmware: Firmware, name: &str) -> Self {
+        Self {
+            firmware,
+            name: name.to_owned(),
+            entries: BTreeMap::new(),
+            missing: Vec::new(),
+        }
+    }
+
+    /// Adds a value in place of an earlier one.
+    pub(super) fn set(
+        &mut self,
+        (section, option): (&str, &str),
+        value: impl Into<String>,
+        (file, line): (&str, u64),
+        saved: bool,
+    ) {
+        let entry = Entry {
+            value: value.into(),
+            file: file.to_owned(),
+            line,
+            saved,
+        };
+        let key = (section.to_owned(), option.to_owned());
+        self.entries.insert(key, entry);
+    }
+
     pub(super) fn get(&self, section: &str, option: &str) -> Option<&Entry> {
         self.entries.get(&(section.to_owned(), option.to_owned()))
     }

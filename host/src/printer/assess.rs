@@ -10,7 +10,7 @@ use crate::effects::EffectKind;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
 use crate::export::positions::{Loss, Place, Wanted};
-use crate::export::target::{Entry, Target, Written};
+use crate::export::target::{Target, Written};
 use crate::export::{Case, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
@@ -80,11 +80,12 @@ pub struct Printer {
 /// What the configuration states, and the lines.
 fn changes(held: Written, pasted: &Written) -> Vec<Change> {
     let pairs = held.entries.into_iter().zip(&pasted.entries);
-    let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
-        name,
-        before: value,
+    let changes = pairs.map(|(before, after)| Change {
+        name: before.name,
+        before: before.value,
         after: after.value,
-        unit,
+        unit: before.unit,
+        is_endstop: before.is_endstop,
     });
     changes.collect()
 }

@@ -4,7 +4,8 @@
 use crate::effects::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
-use crate::import::{Firmware, Imported};
+use crate::geometry::Shape;
+use crate::import::{Firmware, Imported, USUAL_TOWERS};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Real, Robot};
 use nalgebra::Vector3;
@@ -33,6 +34,9 @@ pub struct Change {
     pub after: f64,
     /// `mm` or `deg`.
     pub unit: &'static str,
+    /// Whether it is the place of an end stop.
+    #[serde(skip)]
+    pub is_endstop: bool,
 }
 
 /// Of what was read.
@@ -57,12 +61,7 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
 
 /// The warning of lines that move an end stop far.
 pub(super) fn crash(changes: &[Change]) -> Option<String> {
-    let endstops = changes.iter().filter(|own| {
-        let name = &*own.name;
-        name.ends_with("position_endstop")
-            || ["$646", "up_degrees", "M665 H"].contains(&name)
-            || ["M206", "M666"].iter().any(|it| name.starts_with(it))
-    });
+    let endstops = changes.iter().filter(|own| own.is_endstop);
     let moved = endstops.map(|own| {
         let by = (own.after - own.before).abs();
         match own.unit {
@@ -201,11 +200,8 @@ fn lengths_for(robot: &Robot<f64>, bed: Option<f64>, scale: f64) -> Option<[f64;
     let (radius, rod) = (mean(|arm| arm.d().xy().norm()), mean(Arm::lb));
     let out = 0.9 * bed?;
     let made = |radius: f64, rod: f64| {
-        let arm = |index: u8| {
-            let (sine, cosine) = (TAU * (f64::from(index) / 3.0 + 0.25)).sine_cosine();
-            Arm::linear([radius * cosine, radius * sine, 0.0, 0.0, 0.0, 1.0, rod]).ok()
-        };
-        Robot::new([arm(0)?, arm(1)?, arm(2)?]).ok()
+        let towers = Shape::three(USUAL_TOWERS, radius, [[0.0; 3], [0.0; 3], [rod; 3]]);
+        Shape::robot(&towers, Drive::Linear).ok()
     };
     let controller = made(radius, rod)?;
     // Height at the rim over that of the centre, and the part by which the rim is further out.

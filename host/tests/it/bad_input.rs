@@ -283,21 +283,15 @@ fn what_is_wrong_in_a_robot_file_is_named_with_its_line() {
                alpha_deg = 0.0\nla_x_mm = 260.0\nla_y_mm = 0.0\nlb_mm = 480.0\n";
     let joints = "[joints]\nmin_deg = -60\nmax_deg = 90\n";
     check_robot(&format!("{joints}{}", arm.repeat(3)), ARMS);
-    for (robot, expected) in [
-        (String::new(), "1: missing field `joints`"),
-        (
-            joints.to_owned(),
-            "1: the file has neither [nominal] nor [[arm]]",
-        ),
-        (
-            format!("{NOMINAL}{arm}"),
-            "1: the file has both [nominal] and [[arm]]",
-        ),
-        (
-            format!("{joints}{arm}"),
-            "4: the file has 1 section [[arm]], not 3",
-        ),
-    ] {
-        check_robot(&robot, &format!("⇒ ⇒ robot.toml:{expected}"));
+    let table = "
+        ⇒ 1 ⇒ missing field `joints`
+        JOINTS ⇒ 1 ⇒ the file has neither [nominal] nor [[arm]]
+        NOMINAL ARM ⇒ 1 ⇒ the file has both [nominal] and [[arm]]
+        JOINTS ARM ⇒ 4 ⇒ the file has 1 section [[arm]], not 3
+        ";
+    for [robot, line, cause] in cases(table) {
+        let robot = robot.replace(" ARM", arm).replace("NOMINAL", NOMINAL);
+        let expected = format!("⇒ ⇒ robot.toml:{line}: {cause}");
+        check_robot(&robot.replace("JOINTS", joints), &expected);
     }
 }

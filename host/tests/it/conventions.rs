@@ -2,8 +2,8 @@
 //! is written here: z downwards turns the axes by 180° about x, joints that count upwards change their sign.
 
 use crate::support::{
-    Arm, Folder, KEYS, Point, arms_of, at, distance, nominal_arms, number, platform, poses,
-    rows_of, true_arms,
+    Arm, Folder, KEYS, Point, arms_of, arms_toml, at, distance, nominal_arms, number, platform,
+    poses, rows_of, true_arms,
 };
 use delta_cal_tests::{generator, is_long};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -15,8 +15,9 @@ use std::fmt::Write;
 /// Counts per degree.
 const COUNTS: Point = [10_000.0, -8_000.0, 1_234.5];
 
+/// A convention of a robot file.
 #[derive(Clone, Copy, Debug)]
-struct Convention {
+pub(crate) struct Convention {
     z_down: bool,
     joints_up: bool,
     unit: &'static str,
@@ -28,7 +29,7 @@ const USUAL: Convention = Convention {
     unit: "deg",
 };
 
-fn twelve() -> impl Iterator<Item = Convention> {
+pub(crate) fn twelve() -> impl Iterator<Item = Convention> {
     (0..12).map(|number| Convention {
         z_down: number / 2 % 2 == 1,
         joints_up: number % 2 == 1,
@@ -38,7 +39,7 @@ fn twelve() -> impl Iterator<Item = Convention> {
 
 impl Convention {
     /// To the stated axes, and back.
-    fn place(self, [x, y, z]: Point) -> Point {
+    pub(crate) fn place(self, [x, y, z]: Point) -> Point {
         if self.z_down { [x, -y, -z] } else { [x, y, z] }
     }
 
@@ -47,7 +48,7 @@ impl Convention {
         if self.z_down { -1.0 } else { 1.0 }
     }
 
-    fn sense(self) -> f64 {
+    pub(crate) fn sense(self) -> f64 {
         if self.joints_up { -1.0 } else { 1.0 }
     }
 
@@ -80,7 +81,7 @@ impl Convention {
         [dx, z * dy, z * dz, z * theta, alpha, la_x, z * la_y, lb]
     }
 
-    fn robot(self, arms: &[Arm; 3], datum: &[(Point, Point)]) -> String {
+    pub(crate) fn robot(self, arms: &[Arm; 3], datum: &[(Point, Point)]) -> String {
         let mut text = String::from("[convention]\n");
         let word = |turned: bool, one, other| if turned { other } else { one };
         let _ = writeln!(
@@ -93,12 +94,7 @@ impl Convention {
         if self.unit == "counts" {
             let _ = writeln!(text, "counts_per_deg = {COUNTS:?}");
         }
-        for arm in arms {
-            text += "[[arm]]\n";
-            for (key, value) in KEYS.iter().zip(self.arm(*arm)) {
-                let _ = writeln!(text, "{key} = {value:?}");
-            }
-        }
+        text += &arms_toml(KEYS, &arms.map(|arm| self.arm(arm)));
         let (low, high) = if self.joints_up { (-90, 60) } else { (-60, 90) };
         let within = word(self.z_down, "-620..-420", "420..620");
         let [x, y, z] = self.place([12.0, 5.0, -25.0]);

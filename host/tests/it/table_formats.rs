@@ -1,6 +1,6 @@
 //! Tables in the forms that users have: the same numbers give the same calibration in any format.
 
-use crate::support::{Folder, HEADER, NOMINAL, TOLERANCE, assert_refused, good_samples};
+use crate::support::{Folder, HEADER, NOMINAL, TOLERANCE, assert_refused, cases, good_samples};
 use delta_cal_host::{InputText, Readings, RobotFile};
 use std::fmt::Write;
 
@@ -146,67 +146,31 @@ fn joined(joints: &[String], measured: &[String]) -> Result<Vec<f64>, String> {
         .collect())
 }
 
-/// Names match whatever the header; what would make them match is said, and so is every name that does not.
+/// Names match whatever the header; what would make them match is said, and so is every name that does not. Header and cells
+/// of a controller, those of an instrument, and the joints of its rows or the refusal.
 #[test]
 fn two_files_are_joined_by_names_or_the_difference_is_named() {
-    let plc = |name: &str, cells: [&str; 3]| -> Vec<String> {
-        let rows = (1..)
-            .zip(cells)
-            .map(|(q, cell)| format!("{cell},{q},20,{}", 7 * q));
-        let header = format!("{name},q1_deg,q2_deg,q3_deg");
-        std::iter::once(header).chain(rows).collect()
-    };
-    let tracker = |name: &str, cells: &[&str]| -> Vec<String> {
-        let rows = (1..)
-            .zip(cells)
-            .map(|(x, cell)| format!("{cell},{x},2,-400"));
-        let header = format!("{name},x_mm,y_mm,z_mm");
-        std::iter::once(header).chain(rows).collect()
-    };
-    let points = ["P01", "P02", "P03"];
-    let times = ["10:00:00", "10:00:20", "10:00:55"];
-    let utc = [
-        "2026-03-02T10:00:00Z",
-        "2026-03-02T10:00:20Z",
-        "2026-03-02T10:00:55Z",
-    ];
-    for (joints, measured, expected) in [
-        (
-            plc("Name", points),
-            tracker("Point", &["P03", "P01", "P02"]),
-            "[3.0, 1.0, 2.0]",
-        ),
-        (
-            plc("time", utc),
-            tracker("Time", &[utc[2], utc[0]]),
-            "[3.0, 1.0]",
-        ),
-        (
-            plc("Name", points),
-            tracker("Name", &["P01", "P31", "P02", "Q7"]),
-            "tracker.csv:3: plc.csv has no Name P31, Q7",
-        ),
-        (
-            plc("Name", points),
-            tracker("Name", &["p03", "p01"]),
-            "has no Name p03, p01 | same capital letters",
-        ),
-        (
-            plc("Name", ["Packer3::P01", "Packer3::P02", "Packer3::P03"]),
-            tracker("Name", &points),
-            "delete Packer3::",
-        ),
-        (
-            plc("Time", times),
-            tracker("Time", &["10:00:30", "10:00:50", "10:01:25"]),
-            "if -30.000 s are added to Time",
-        ),
-        (
-            plc("n", ["1", "2", "3"]),
-            tracker("U95,n", &["1,1", "1,2"]),
-            "column U95: an uncertainty | u_k2_mm=NAME",
-        ),
-    ] {
+    let table = "
+        Name P01 P02 P03 ⇒ Point P03 P01 P02 ⇒ [3.0, 1.0, 2.0]
+        time 2026-03-02T10:00:00Z 2026-03-02T10:00:20Z 2026-03-02T10:00:55Z ⇒ Time 2026-03-02T10:00:55Z 2026-03-02T10:00:00Z ⇒ [3.0, 1.0]
+        Name P01 P02 P03 ⇒ Name P01 P31 P02 Q7 ⇒ tracker.csv:3: plc.csv has no Name P31, Q7
+        Name P01 P02 P03 ⇒ Name p03 p01 ⇒ has no Name p03, p01 | same capital letters
+        Name Packer3::P01 Packer3::P02 Packer3::P03 ⇒ Name P01 P02 P03 ⇒ delete Packer3::
+        Time 10:00:00 10:00:20 10:00:55 ⇒ Time 10:00:30 10:00:50 10:01:25 ⇒ if -30.000 s are added to Time
+        n 1 2 3 ⇒ U95,n 1,1 1,2 ⇒ column U95: an uncertainty | u_k2_mm=NAME
+        ";
+    for [joints, measured, expected] in cases(table) {
+        let file = |first: &str, names: &str, numbers: fn(u32) -> String| -> Vec<String> {
+            let (header, cells) = first.split_once(' ').unwrap();
+            let rows = (1..).zip(cells.split(' '));
+            let rows = rows.map(|(row, cell)| format!("{cell},{}", numbers(row)));
+            let header = format!("{header},{names}");
+            std::iter::once(header).chain(rows).collect()
+        };
+        let joints = file(&joints, "q1_deg,q2_deg,q3_deg", |q| {
+            format!("{q},20,{}", 7 * q)
+        });
+        let measured = file(&measured, "x_mm,y_mm,z_mm", |x| format!("{x},2,-400"));
         let found = match joined(&joints, &measured) {
             Ok(found) => format!("{found:?}"),
             Err(error) => error,
@@ -233,21 +197,18 @@ fn a_dash_says_that_a_cell_was_not_measured() {
     };
     assert_eq!(rows("7,20,30,7,1,-"), Ok((40, 119)));
     assert_eq!(rows("7,20,30,-,-,-"), Ok((39, 117)));
-    for (changed, part) in [
-        (
-            "7,20,30,7,1,",
-            "samples.csv:9: column z_mm: the cell is blank in 1 of 40 rows",
-        ),
-        ("-,20,30,7,1,2", "column q1_deg: \"-\" is not a number"),
-        (
-            "338603,20,30,7,1,2",
-            "column q1_deg: the number is no angle of an arm",
-        ),
-        ("7,20,30,,,", "nothing was measured in this row"),
-    ] {
-        let error = rows(changed).unwrap_err();
-        assert!(error.contains(part), "{changed}: {error}");
+    let table = "
+        7,20,30,7,1, ⇒ z_mm ⇒ the cell is blank in 1 of 40 rows
+        -,20,30,7,1,2 ⇒ q1_deg ⇒ \"-\" is not a number
+        338603,20,30,7,1,2 ⇒ q1_deg ⇒ the number is no angle of an arm
+        ";
+    for [changed, column, cause] in cases(table) {
+        let error = rows(&changed).unwrap_err();
+        let expected = format!("samples.csv:9: column {column}: {cause}");
+        assert!(error.contains(&expected), "{changed}: {error}");
     }
+    let nothing = rows("7,20,30,,,").unwrap_err();
+    assert!(nothing.contains("nothing was measured in this row"));
     let endless = rows(&format!("7,20,30,{},1,2", "1x".repeat(100_000))).unwrap_err();
     assert!(
         endless.len() < 3000 && endless.contains("samples.csv:9: column x_mm"),

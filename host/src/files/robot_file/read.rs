@@ -8,14 +8,14 @@ use super::{
 use crate::files::columns::Unit;
 use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
-use crate::geometry::{OF_ARM, Parallelograms, Region, reaches_anywhere};
+use crate::geometry::{OF_ARM, Parallelograms, Region, Shape, reaches_anywhere};
 use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{
     Arm, Drive, GeometryError, ParameterKind, Transmission, TransmissionTolerance,
 };
-use delta_cal::{Noise, Parameter, Real, Robot, SettingError, SymmetricRobot, Tolerance};
+use delta_cal::{Noise, Parameter, Robot, SettingError, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
 const TARGET_KEYS: &str = "x_mm y_mm z_mm sigma_mm";
@@ -525,22 +525,15 @@ fn turned(
     azimuths: [f64; 3],
     zeros: [f64; 3],
 ) -> Result<Robot<f64>, GeometryError> {
-    let radius = lengths.base_radius - lengths.platform_radius;
-    let arm = |index: usize| {
-        let (sine, cosine) = azimuths[index].sine_cosine();
-        let (up, along) = zeros[index].to_radians().sine_cosine();
-        Arm::new([
-            radius * cosine,
-            radius * sine,
-            0.0,
-            azimuths[index],
-            0.0,
-            lengths.upper_arm * along,
-            lengths.upper_arm * up,
-            lengths.forearm,
-        ])
+    let shape = |index: usize| Shape {
+        azimuth: azimuths[index],
+        radius: lengths.base_radius - lengths.platform_radius,
+        height: 0.0,
+        upper: lengths.upper_arm,
+        lower: lengths.forearm,
+        zero: zeros[index].to_radians(),
     };
-    Robot::new([arm(0)?, arm(1)?, arm(2)?])
+    Shape::robot(&[0, 1, 2].map(shape), Drive::Rotary)
 }
 
 /// The azimuths of the arms or towers, radians about the internal z axis.

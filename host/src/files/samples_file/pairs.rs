@@ -69,14 +69,12 @@ impl Readings {
         let poses = joints.rows(|row| row.joints(robot))?;
         let mut file = Self::of_name(measured.input.name());
         let mut rows = measured.rows(|row| file.reading(row, [0.0; 3], robot))?;
-        let names = robot.instruments.datum_measured.iter();
-        let names: HashSet<_> = names.map(|(_, name)| name.as_str()).collect();
         let cells = measured.unread_cells()?;
         let datum = |index: usize| {
-            let mut cells = cells.iter().filter_map(|(_, cells)| cells.get(index));
-            cells
-                .find(|cell| names.contains(cell.trim()))
-                .map(|own| own.trim().to_owned())
+            let cells = cells.iter().filter_map(|(_, cells)| cells.get(index));
+            let mut cells = cells.map(|own| own.trim());
+            let own = cells.find(|own| robot.instruments.is_datum(own));
+            own.map(str::to_owned)
         };
         let keys = keys(&joints, &measured, |index| datum(index).is_none())?;
         rows = file.without_datum(rows, |index, _| datum(index));

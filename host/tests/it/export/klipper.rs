@@ -75,47 +75,35 @@ impl Delta {
 
 /// `kinematics: rotary_delta`. Step lengths in radians.
 pub(crate) struct RotaryDelta {
-    pub(crate) shoulder_radius: f64,
-    pub(crate) shoulder_height: f64,
-    pub(crate) angles: Point,
-    pub(crate) upper: Point,
-    pub(crate) lower: Point,
+    pub(crate) arms: [Arm; 3],
     pub(crate) endstops: Point,
     pub(crate) step_lengths: Point,
 }
 
 impl RotaryDelta {
-    /// An arm's angle, up positive, radians.
-    fn angle(&self, arm: usize, at: Point) -> f64 {
-        let own = Arm {
-            azimuth: self.angles[arm],
-            radius: self.shoulder_radius,
-            height: self.shoulder_height,
-            upper: self.upper[arm],
-            lower: self.lower[arm],
-        };
-        own.above_horizontal(at).to_radians()
+    /// The arms' angles, up positive, radians.
+    fn angles(&self, at: [Point; 3]) -> Point {
+        [0, 1, 2].map(|k| self.arms[k].above_horizontal(at[k]).to_radians())
     }
 
     fn angles_at_endstops(&self) -> Point {
-        [0, 1, 2].map(|arm| self.angle(arm, [0.0, 0.0, self.endstops[arm]]))
+        self.angles(self.endstops.map(|z| [0.0, 0.0, z]))
     }
 
     pub(crate) fn position(&self, steps: Point) -> Point {
         let high = self.angles_at_endstops();
-        let elbows = [0, 1, 2].map(|arm| {
-            let angle = high[arm] - steps[arm] * self.step_lengths[arm];
-            let out = self.upper[arm] * angle.cos() + self.shoulder_radius;
-            let (sin, cos) = self.angles[arm].to_radians().sin_cos();
-            let z = self.upper[arm] * angle.sin() + self.shoulder_height;
-            [out * cos, out * sin, z]
+        let elbows = [0, 1, 2].map(|k| {
+            let (arm, angle) = (self.arms[k], high[k] - steps[k] * self.step_lengths[k]);
+            let out = arm.upper * angle.cos() + arm.radius;
+            let (sin, cos) = arm.azimuth.to_radians().sin_cos();
+            [out * cos, out * sin, arm.upper * angle.sin() + arm.height]
         });
-        trilateration(elbows, self.lower.map(|lower| lower * lower))
+        trilateration(elbows, self.arms.map(|arm| arm.lower * arm.lower))
     }
 
     pub(crate) fn steps(&self, at: Point) -> Point {
-        let high = self.angles_at_endstops();
-        [0, 1, 2].map(|arm| (high[arm] - self.angle(arm, at)) / self.step_lengths[arm])
+        let (high, angles) = (self.angles_at_endstops(), self.angles([at; 3]));
+        [0, 1, 2].map(|k| (high[k] - angles[k]) / self.step_lengths[k])
     }
 }
 

@@ -1,6 +1,8 @@
 //! Robots to export, and positions where they are wanted.
 
-use crate::support::{Arm, Folder, KEYS, Point, arms_of, nominal_arms, platform, robot_toml};
+use crate::support::{
+    Arm, Folder, KEYS, Point, arms_of, arms_toml, nominal_arms, platform, robot_toml,
+};
 use delta_cal::simulate::standard_normal;
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
@@ -61,15 +63,17 @@ pub(crate) fn leaning() -> Towers {
 /// One of these, and the symmetric robot before its calibration.
 pub(crate) fn with_towers(folder: &Folder, towers: &Towers) {
     let even = upright().map(|[x, y, ..]| [x, y, 0.0, 0.0, 0.0, 1.0, 330.0]);
-    let keys = "dx_mm dy_mm dz_mm lean_x_deg lean_y_deg scale lb_mm";
+    let keys = [
+        "dx_mm",
+        "dy_mm",
+        "dz_mm",
+        "lean_x_deg",
+        "lean_y_deg",
+        "scale",
+        "lb_mm",
+    ];
     for (name, towers) in [("robot.toml", &even), ("calibrated.toml", towers)] {
-        let mut text = String::new();
-        for tower in towers {
-            text += "[[arm]]\n";
-            for (key, value) in keys.split(' ').zip(tower) {
-                writeln!(text, "{key} = {value:?}").unwrap();
-            }
-        }
+        let mut text = arms_toml(keys, towers);
         text += "[joints]\nmin_mm = 150\nmax_mm = 715\n";
         text += "[tolerance]\nlength_mm = 0.5\nangle_deg = 0.17\nzero_mm = 5\nscale = 0.001\n";
         folder.write(name, text);
@@ -138,5 +142,8 @@ pub(crate) fn export(folder: &Folder, target: &str, options: &str) -> (String, V
         "export calibrated.toml --nominal robot.toml --for {target} --output lines.txt --json report.json {options}"
     );
     folder.run(&command).ok();
-    (folder.read("lines.txt"), folder.json("report.json"))
+    let (lines, report) = (folder.read("lines.txt"), folder.json("report.json"));
+    // All of the template is filled in.
+    assert!(!(lines + &report["warnings"].to_string()).contains('{'));
+    (folder.read("lines.txt"), report)
 }

@@ -296,6 +296,7 @@ fn the_pins_of_linuxcncs_component_are_the_calibrated_robot() {
         assert!(pin("revision") >= 1.0);
         assert_ne!(last, export("robot.toml").lines().rfind(setp).unwrap());
         assert!(lines.contains("# [JOINT_2]") && lines.contains("# HOME_OFFSET = -42.0000"));
+        assert!(!lines.contains('{'), "{lines}");
         let report = folder.json("report.json");
         assert!(number(&report, "loss/worst_mm") < 1e-6);
         assert_eq!(report["parameters"].as_array().unwrap().len(), 24);

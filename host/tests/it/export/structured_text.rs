@@ -1,6 +1,7 @@
 //! The function block for PLCs, translated term by term and run: it is the robot, in the convention of its file.
 
-use crate::support::{Arm, Folder, KEYS, Point, distance, platform, poses, true_arms};
+use crate::conventions::twelve;
+use crate::support::{Folder, distance, platform, poses, true_arms};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
@@ -84,26 +85,10 @@ fn the_function_block_is_the_robot_forwards_and_backwards() {
         return;
     }
     let arms = true_arms();
-    for (z_down, up) in [(false, false), (true, false), (false, true), (true, true)] {
-        let (z, sense) = (if z_down { -1.0 } else { 1.0 }, if up { -1.0 } else { 1.0 });
+    // All directions, in degrees.
+    for own in twelve().take(4) {
         let folder = Folder::new();
-        let mut toml = String::from("[convention]\n");
-        toml += if z_down { "z_axis = \"down\"\n" } else { "" };
-        toml += if up { "joint_positive = \"up\"\n" } else { "" };
-        for arm in &arms {
-            let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = *arm;
-            let stated: Arm = [dx, z * dy, z * dz, z * theta, alpha, la_x, z * la_y, lb];
-            toml += "[[arm]]\n";
-            for (key, value) in KEYS.iter().zip(stated) {
-                writeln!(toml, "{key} = {value:?}").unwrap();
-            }
-        }
-        toml += if up {
-            "[joints]\nmin_deg = -90\nmax_deg = 60\n"
-        } else {
-            "[joints]\nmin_deg = -60\nmax_deg = 90\n"
-        };
-        folder.write("robot.toml", toml);
+        folder.write("robot.toml", own.robot(&arms, &[]));
         let text = folder
             .run("export robot.toml --for structured-text")
             .ok()
@@ -119,7 +104,7 @@ fn the_function_block_is_the_robot_forwards_and_backwards() {
             .unwrap();
         let mut input = child.stdin.take().unwrap();
         for q in &asked {
-            let [a, b, c] = q.map(|own| sense * own);
+            let [a, b, c] = q.map(|q| own.sense() * q);
             writeln!(input, "{a} {b} {c}").unwrap();
         }
         drop(input);
@@ -127,16 +112,15 @@ fn the_function_block_is_the_robot_forwards_and_backwards() {
         let rows = String::from_utf8(output.stdout).unwrap();
         assert_eq!(rows.lines().count(), asked.len());
         for (row, q) in rows.lines().zip(&asked) {
-            let own: Vec<f64> = row.split(' ').map(|cell| cell.parse().unwrap()).collect();
-            let [x, y, up] = platform(&arms, *q);
-            let at: Point = [x, z * y, z * up];
+            let found: Vec<f64> = row.split(' ').map(|cell| cell.parse().unwrap()).collect();
+            let at = own.place(platform(&arms, *q));
             // Parameters are written to 9 decimals.
             assert!(
-                distance([own[0], own[1], own[2]], at) < 1e-6,
+                distance([found[0], found[1], found[2]], at) < 1e-6,
                 "{row}: {at:?}"
             );
-            let back = [own[3], own[4], own[5]].map(|joint| sense * joint);
-            assert!(own[6] > 0.0 && distance(back, *q) < 1e-6, "{row}: {q:?}");
+            let back = [found[3], found[4], found[5]].map(|joint| own.sense() * joint);
+            assert!(found[6] > 0.0 && distance(back, *q) < 1e-6, "{row}: {q:?}");
         }
     }
 }

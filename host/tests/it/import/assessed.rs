@@ -22,8 +22,7 @@ fn ten_printers_are_assessed() {
             assert!(!run.stdout.contains(secret) && !run.stderr.contains(secret));
         }
         assert!((4..=6).contains(&statements(&run)), "{}", run.stdout);
-        let words: Vec<_> = run.stdout.split_whitespace().collect();
-        let words = words.join(" ");
+        let words = run.words();
         let readings = own.rows.len();
         assert!(
             words.contains(&format!("The {readings} readings improve ")),
@@ -68,8 +67,7 @@ fn a_doubtful_distance_is_named_and_makes_sigma_larger() {
         let run = folder
             .run("calibrate printer.cfg --shrinkage 0% --json r.json")
             .ok();
-        let words: Vec<_> = run.stdout.split_whitespace().collect();
-        (words.join(" "), folder.json("r.json"))
+        (run.words(), folder.json("r.json"))
     };
     let [(_, right), (said, doubtful)] = [report(&right), report(&doubtful)];
     let now = |report: &Value| number(report, "printer/next/sigma_now_mm");
@@ -139,10 +137,10 @@ fn a_robot_whose_motors_turn_its_arms_is_assessed_too() {
     let changes = report["printer"]["changes"].as_array().unwrap();
     let of = |name: &str| changes.iter().find(|own| own["name"] == name).unwrap();
     for (name, told) in [
-        ("shoulder_radius", told.shoulder_radius),
-        ("shoulder_height", told.shoulder_height),
-        ("stepper_b upper_arm_length", told.upper[1]),
-        ("stepper_c angle", told.angles[2]),
+        ("shoulder_radius", told.arms[0].radius),
+        ("shoulder_height", told.arms[0].height),
+        ("stepper_b upper_arm_length", told.arms[1].upper),
+        ("stepper_c angle", told.arms[2].azimuth),
         ("stepper_a position_endstop", told.endstops[0]),
     ] {
         let before = of(name)["before"].as_f64().unwrap();

@@ -94,12 +94,7 @@ fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
         };
         let noise: Vec<_> = (0..24).map(|_| 0.01 * normal(&mut rng)).collect();
         let [x, y, z] = level.own.endstops;
-        let klipper = Printer {
-            number: String::new(),
-            klipper: level.own,
-            rows: Vec::new(),
-        };
-        let klipper = klipper.configuration();
+        let klipper = Printer::unmeasured(level.own).configuration();
         let duet = format!(
             "M665 L330 R140 H{x} B{RADIUS}\nM666 X0 Y{} Z{} A0.4 B-0.3\nG31 X24.5 Y0\n",
             y - x,
@@ -160,11 +155,7 @@ fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
 
 fn made(set: &Set, seed: u64, index: u32) -> Printer {
     let (_, klipper, rows) = set_up(set, &mut generator(seed, u64::from(index)));
-    Printer {
-        number: String::new(),
-        klipper,
-        rows,
-    }
+    Printer { klipper, rows }
 }
 
 /// One of seven touches of a calibrated printer off by 0.3 to 1 mm: named, and no lines. The right ones are calibrated.
@@ -228,7 +219,6 @@ fn ten_rounds_do_not_move_what_no_reading_determines() {
         let mut text = String::new();
         for round in 0..10 {
             let own = Printer {
-                number: String::new(),
                 klipper: controller,
                 rows: rows.clone(),
             };

@@ -361,7 +361,6 @@ pub(super) fn reported(
     stated: &Stated,
 ) -> (PrinterReport, Imported) {
     let own = Printer {
-        number: String::new(),
         klipper: *controller,
         rows: rows.to_vec(),
     };

@@ -1,9 +1,10 @@
 //! A printer.cfg of each printer: the numbers of a public configuration, in the form that Klipper writes.
 
+use crate::export::controllers::Arm;
 use crate::export::klipper::{Delta, RotaryDelta};
 use crate::support::{Folder, Point};
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What no message may hold.
 pub(crate) const SECRETS: [&str; 4] = ["hunter2", "usb-1a86", "abc:TOKEN", "homesweethome"];
@@ -32,7 +33,6 @@ pub(crate) enum Row {
 
 #[derive(Clone)]
 pub(crate) struct Printer {
-    pub(crate) number: String,
     pub(crate) klipper: Delta,
     pub(crate) rows: Vec<Row>,
 }
@@ -48,10 +48,13 @@ fn three(values: &[f64]) -> Point {
     values.try_into().unwrap()
 }
 
+fn folder_of_printers() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/printers")
+}
+
 /// All ten.
 pub(crate) fn printers() -> Vec<Printer> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/printers");
-    let mut files: Vec<_> = std::fs::read_dir(folder)
+    let mut files: Vec<_> = std::fs::read_dir(folder_of_printers())
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .collect();
@@ -61,8 +64,7 @@ pub(crate) fn printers() -> Vec<Printer> {
 }
 
 pub(crate) fn printer(number: &str) -> Printer {
-    let mut all = printers().into_iter();
-    all.find(|own| own.number == number).unwrap()
+    read(&folder_of_printers().join(format!("printer_{number}.csv")))
 }
 
 fn read(file: &Path) -> Printer {
@@ -86,12 +88,8 @@ fn read(file: &Path) -> Printer {
             height => Row::Height(at(0), height.parse().unwrap()),
         }
     });
-    let name = file.file_stem().unwrap().to_str().unwrap();
-    Printer {
-        number: name.trim_start_matches("printer_").to_owned(),
-        klipper,
-        rows: rows.collect(),
-    }
+    let rows = rows.collect();
+    Printer { klipper, rows }
 }
 
 /// The section of measurements as Klipper saves it.
@@ -118,6 +116,11 @@ pub(crate) fn measured(rows: &[Row]) -> String {
 }
 
 impl Printer {
+    pub(crate) fn unmeasured(klipper: Delta) -> Self {
+        let rows = Vec::new();
+        Self { klipper, rows }
+    }
+
     /// Everything that SAVE_CONFIG writes in its block.
     pub(crate) fn configuration(&self) -> String {
         let own = &self.klipper;
@@ -175,25 +178,33 @@ pub(crate) fn folder(configuration: &str) -> Folder {
 /// A robot whose motors turn its arms, and its configuration without measurements.
 pub(crate) fn rotary() -> (RotaryDelta, String) {
     let step = std::f64::consts::TAU / (200.0 * 16.0 * (107.0 / 16.0));
+    let arm = |[azimuth, upper, lower]: Point| Arm {
+        azimuth,
+        radius: 33.9,
+        height: 412.9,
+        upper,
+        lower,
+    };
     let klipper = RotaryDelta {
-        shoulder_radius: 33.9,
-        shoulder_height: 412.9,
-        angles: [30.4, 149.8, 270.1],
-        upper: [170.0, 170.4, 169.7],
-        lower: [320.0, 319.5, 320.2],
+        arms: [
+            [30.4, 170.0, 320.0],
+            [149.8, 170.4, 319.5],
+            [270.1, 169.7, 320.2],
+        ]
+        .map(arm),
         endstops: [252.0, 252.6, 251.3],
         step_lengths: [step; 3],
     };
     let mut text = format!(
-        "[printer]\nkinematics: rotary_delta\nshoulder_radius: {}\nshoulder_height = {}\n{OTHERS}",
-        klipper.shoulder_radius, klipper.shoulder_height
+        "[printer]\nkinematics: rotary_delta\nshoulder_radius: 33.9\nshoulder_height = 412.9\n{OTHERS}"
     );
     for (k, letter) in ["a", "b", "c"].into_iter().enumerate() {
+        let (own, endstop) = (klipper.arms[k], klipper.endstops[k]);
         write!(
             text,
             "[stepper_{letter}]\nmicrosteps: 16\ngear_ratio: 107.000:16\nangle: {}\nupper_arm_length: {}\n\
-             lower_arm_length: {}\nposition_endstop: {}\n",
-            klipper.angles[k], klipper.upper[k], klipper.lower[k], klipper.endstops[k]
+             lower_arm_length: {}\nposition_endstop: {endstop}\n",
+            own.azimuth, own.upper, own.lower
         )
         .unwrap();
     }

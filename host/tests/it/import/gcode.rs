@@ -2,6 +2,7 @@
 
 use crate::export::klipper::Delta;
 use crate::export::robots::{made, upright, with_towers};
+use crate::import::refusals::assert_wrong;
 use crate::import::run_next;
 use crate::support::{Folder, Point, assert_refused, cases, distance, number, robot_toml};
 use delta_cal_host::InputText;
@@ -194,32 +195,28 @@ fn lines_are_imported_as_they_are_exported() {
 /// FluidNC may state one angle of homing for each motor, in radians. Both it and grblHAL touch no bed by themselves.
 #[test]
 fn lengths_of_fluidnc_and_grblhal_are_read() {
-    let lengths = "parallel_delta:\ncrank_mm: 70\nlinkage_mm: 133.5\nbase_triangle_mm: 179.4\nend_effector_triangle_mm: 86.6\n";
-    let settings = "$641=133.5\n$642=70\n$643=179.4\n$644=86.6\n";
-    for (firmware, text, home) in [
-        (
-            "fluidnc",
-            format!("{lengths}homing_mpos_radians: -1.0471975512, -1.0646508437, -1.0559241974\n"),
-            "--home -60.000000,-61.000000,-60.500000",
-        ),
-        (
-            "fluidnc",
-            format!("{lengths}up_degrees: -35.5\n"),
-            "--home -35.500000,-35.500000,-35.500000",
-        ),
-        (
-            "grblhal",
-            format!("{settings}$646=-60\n"),
-            "--home -60.000000,-60.000000,-60.000000",
-        ),
-    ] {
+    let lengths = "parallel_delta:\ncrank_mm: 70\nlinkage_mm: 133.5\nbase_triangle_mm: 179.4\nend_effector_triangle_mm: 86.6";
+    let settings = "$641=133.5\n$642=70\n$643=179.4\n$644=86.6";
+    let table = "
+        fluidnc ⇒ homing_mpos_radians: -1.0471975512, -1.0646508437, -1.0559241974 ⇒ -60.000000,-61.000000,-60.500000
+        fluidnc ⇒ up_degrees: -35.5 ⇒ -35.500000,-35.500000,-35.500000
+        grblhal ⇒ $646=-60 ⇒ -60.000000,-60.000000,-60.000000
+        ";
+    for [firmware, angle, home] in cases(table) {
+        let lengths = if firmware == "fluidnc" {
+            lengths
+        } else {
+            settings
+        };
+        let text = format!("{lengths}\n{angle}\n");
         let folder = Folder::new();
         folder.write("own.txt", &text);
         folder.write("robot.toml", "");
         let run = folder
             .run(&format!("import {firmware} own.txt --output mine"))
             .ok();
-        assert!(run.stdout.contains(home), "{}", run.stdout);
+        let home = format!("--home {home}");
+        assert!(run.stdout.contains(&home), "{}", run.stdout);
         let other = ["fluidnc", "grblhal"]
             .into_iter()
             .find(|own| *own != firmware);
@@ -234,28 +231,20 @@ fn lengths_of_fluidnc_and_grblhal_are_read() {
 
 #[test]
 fn lines_that_cannot_be_read_are_refused() {
+    let import = "import reprapfirmware printer.cfg --output mine";
     let table = "
-        reprapfirmware M665 ⇒ M550 ⇒ no line is an M665
-        marlin M206 ⇒ G20 ⇒ config.g:2: the lengths are in inches
-        marlin R141.2000 ⇒ ⇒ M665 R: the word is missing
-        marlin H411.8000 ⇒ ⇒ M665 H: the word is missing
-        marlin L330.1000 ⇒ L100 ⇒ config.g:3: M665 L: a rod is not longer
-        marlin R141.2000 ⇒ R-1 ⇒ config.g:3: M665 R: the value is not a number above 0
-        reprapfirmware L330.1: ⇒ Lhunter2: ⇒ config.g:4: M665: a word is not a letter
-        marlin B0.3000 ⇒ B120 ⇒ config.g:3: M665 B: B lengthens the rods of a tower since Marlin 2.0, and 120 mm
-        marlin A0.0000 ⇒ A12 ⇒ config.g:3: M665 A: A lengthens the rods of a tower since Marlin 2.0, and 12 mm
+        M665 ⇒ M550 ⇒ no line is an M665
+        L330.1: ⇒ Lhunter2: ⇒ printer.cfg:4: M665: a word is not a letter
         ";
-    for [from, to, cause] in cases(table) {
-        let (controller, from) = from.split_once(' ').unwrap();
-        let text = match controller {
-            "marlin" => MARLIN,
-            _ => REPRAPFIRMWARE,
-        };
-        let folder = Folder::new();
-        folder.write("config.g", text.replace(from, &to));
-        let case = format!("{controller} config.g --output mine ⇒ 3 ⇒ {cause}");
-        assert_refused(&folder, "import", &case);
-        let said = folder.run(&format!("import {controller} config.g --output mine"));
-        assert!(!said.stderr.contains("hunter2"), "{}", said.stderr);
-    }
+    assert_wrong(REPRAPFIRMWARE, &[import], table);
+    let table = "
+        M206 ⇒ G20 ⇒ printer.cfg:2: the lengths are in inches
+        R141.2000 ⇒ ⇒ M665 R: the word is missing
+        H411.8000 ⇒ ⇒ M665 H: the word is missing
+        L330.1000 ⇒ L100 ⇒ printer.cfg:3: M665 L: a rod is not longer
+        R141.2000 ⇒ R-1 ⇒ printer.cfg:3: M665 R: the value is not a number above 0
+        B0.3000 ⇒ B120 ⇒ printer.cfg:3: M665 B: B lengthens the rods of a tower since Marlin 2.0, and 120 mm
+        A0.0000 ⇒ A12 ⇒ printer.cfg:3: M665 A: A lengthens the rods of a tower since Marlin 2.0, and 12 mm
+        ";
+    assert_wrong(MARLIN, &["import marlin printer.cfg --output mine"], table);
 }

@@ -25,9 +25,7 @@ fn scaled(part: f64) -> Folder {
 #[test]
 fn a_common_scale_is_named_with_its_causes() {
     let folder = scaled(-0.015);
-    let run = folder.run("calibrate printer.cfg");
-    let said = format!("{} {}", run.stdout, run.stderr);
-    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let said = folder.run("calibrate printer.cfg").words();
     for words in [
         "All 12 distances are 1.5 %",
         "too short: a common scale",

@@ -43,10 +43,10 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
 }
 
 /// What is replaced in a configuration, by what, and what the error of these commands holds.
-fn assert_wrong(good: &str, commands: &[&str], table: &str) {
+pub(super) fn assert_wrong(good: &str, commands: &[&str], table: &str) {
     for [from, to, cause] in cases(table) {
         assert!(good.contains(&from), "{from}");
-        let folder = folder(&good.replacen(&from, &to, 1));
+        let folder = folder(&good.replace(&from, &to));
         for command in commands {
             let run = folder.run(command).ends(3, &format!("{cause} | help:"));
             assert_eq!(run.stdout, "");

@@ -67,11 +67,7 @@ impl Touched<'_> {
 
 /// `printer.cfg` with the probe this far beside the nozzle.
 fn configuration([x, y]: [f64; 2]) -> String {
-    let own = Printer {
-        number: String::new(),
-        klipper: drawn(),
-        rows: Vec::new(),
-    };
+    let own = Printer::unmeasured(drawn());
     format!(
         "# delta-cal: rods {SPACING} mm apart\n[probe]\nx_offset: {x}\ny_offset: {y}\n{}",
         own.configuration()

@@ -268,13 +268,18 @@ impl Run {
 
     /// Asserts the exit code, and that all parts, which ` | ` separates, are printed, wherever lines end.
     pub(crate) fn ends(self, code: i32, parts: &str) -> Self {
-        let all = format!("{} {}", self.stdout, self.stderr);
-        assert_eq!(self.code, code, "{all}");
-        let words = all.split_whitespace().collect::<Vec<_>>().join(" ");
+        let words = self.words();
+        assert_eq!(self.code, code, "{}{}", self.stdout, self.stderr);
         for part in parts.split(" | ") {
-            assert!(words.contains(part), "{part}: {all}");
+            assert!(words.contains(part), "{part}: {words}");
         }
         self
+    }
+
+    /// All that is printed, wherever lines end.
+    pub(crate) fn words(&self) -> String {
+        let all = format!("{} {}", self.stdout, self.stderr);
+        all.split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
     /// Standard output, which is JSON.
@@ -382,14 +387,19 @@ pub(crate) fn number(json: &Value, path: &str) -> f64 {
     found.unwrap_or_else(|| panic!("{path}: {json}"))
 }
 
-/// A robot file of these arms, with limits and [`TOLERANCE`].
-pub(crate) fn robot_toml(arms: &[Arm; 3]) -> String {
+/// The sections of arms with these keys.
+pub(crate) fn arms_toml<const N: usize>(keys: [&str; N], arms: &[[f64; N]; 3]) -> String {
     let mut text = String::new();
     for arm in arms {
         text += "[[arm]]\n";
-        for (key, value) in KEYS.iter().zip(arm) {
+        for (key, value) in keys.iter().zip(arm) {
             writeln!(text, "{key} = {value:?}").unwrap();
         }
     }
-    text + "\n[joints]\nmin_deg = -60\nmax_deg = 90\n" + TOLERANCE
+    text
+}
+
+/// A robot file of these arms, with limits and [`TOLERANCE`].
+pub(crate) fn robot_toml(arms: &[Arm; 3]) -> String {
+    arms_toml(KEYS, arms) + "\n[joints]\nmin_deg = -60\nmax_deg = 90\n" + TOLERANCE
 }

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import glob
 import html
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
+from ._arrays import path_of
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ._native import Robot
+    from ._robot import Robot
+    from ._types import PathLike
 
 _SYMBOLS = {
     "rotary": ("Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"),
@@ -40,13 +42,14 @@ def robot(own: Robot) -> str:
     return f"{plain(repr(own))}<table><tr>{head}</tr>{''.join(rows)}</table>"
 
 
-def written(path: str | os.PathLike[str], texts: Mapping[str, Callable[[], str]]) -> None:
+def written(path: PathLike, texts: Mapping[str, Callable[[], str]]) -> None:
     """Writes the text for the ending of a name."""
-    text: Any = texts.get(Path(path).suffix)
+    own = path_of("path", path)
+    text: Any = texts.get(own.suffix)
     if text is None:
         endings = " or ".join(texts)
         raise ValueError(f"path: a name that ends in {endings} is needed")
-    Path(path).write_text(text(), encoding="utf-8")
+    own.write_text(text(), encoding="utf-8")
 
 
 def included(start: str, wanted: str) -> list[tuple[str, bytes]]:

@@ -1,11 +1,11 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
 use crate::arrays::{array, with_cores, with_cores_telling};
-use crate::errors::{calibrate_error, in_python, input_error, length};
-use crate::files::{bytes_of, dict, loads, plain, sha256};
-use crate::printer::{configuration, included};
+use crate::errors::{calibrate_error, in_python, input_error};
+use crate::files::{dict, loads, plain, sha256};
+use crate::printer::{Own, Part, configuration, included};
 use crate::robot::{Robot, parameters_of};
-use crate::samples::{Again, Samples};
+use crate::samples::Samples;
 use crate::stated::{FRAMES, METHODS, word};
 use delta_cal_host::files::document::Document;
 use delta_cal_host::import::Imported;
@@ -19,7 +19,7 @@ use pyo3::types::{PyDict, PyList};
 use serde_json::{Value, json};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// A report in three forms, made when it is asked for; pickled as `Texts` in `delta_cal/_pages.py`.
+/// A report in three forms, made when it is asked for.
 #[pyclass(frozen, module = "delta_cal._native")]
 pub(crate) struct Report(Form);
 
@@ -49,11 +49,6 @@ impl Report {
             Form::OfRobot(own) => own.0.to_html(),
             Form::OfPrinter(own) => own.to_html(),
         })
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Again<'py, (String, String, String)>> {
-        let again = py.import("delta_cal._pages")?.getattr("Texts")?;
-        Ok((again, (self.text(), self.json(), self.html(py))))
     }
 }
 
@@ -95,7 +90,6 @@ pub(crate) fn calibrate<'py>(
         frame: word("frame", frame, FRAMES)?,
         of_printer: false,
     };
-    let limit = limit.map(|own| length("limit", own)).transpose()?;
     let work = || {
         let readings = samples.readings(robot, options)?;
         let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
@@ -113,9 +107,9 @@ pub(crate) fn calibrate<'py>(
 #[pyfunction]
 pub(crate) fn calibrate_printer<'py>(
     py: Python<'py>,
-    path: &Bound<'py, PyAny>,
-    samples: Vec<Bound<'py, PyAny>>,
-    stated: &Bound<'py, PyDict>,
+    file: Part,
+    samples: Vec<Part>,
+    stated: Own,
     method: Option<&str>,
     robust: bool,
     limit: Option<f64>,
@@ -126,10 +120,8 @@ pub(crate) fn calibrate_printer<'py>(
         robust,
         ..Options::default()
     };
-    let limit = limit.map(|own| length("limit", own)).transpose()?;
-    let (text, firmware, stated) = configuration(path, None, stated)?;
-    let samples = samples.iter().map(|path| {
-        let (name, bytes) = bytes_of(path)?;
+    let (text, firmware, stated) = configuration(file, None, stated)?;
+    let samples = samples.into_iter().map(|(name, bytes)| {
         InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, None))
     });
     let samples = samples.collect::<PyResult<Vec<_>>>()?;
@@ -172,11 +164,11 @@ fn result<'py>(
     let dict = figures(py, &report, samples)?;
     let fingerprint = robot.fingerprint() + &samples.fingerprint() + options;
     dict.set_item("fingerprint", sha256(&fingerprint))?;
-    let after = Robot::of_file(&report.after, &comment(&report, readings))?;
+    let after = Robot::of_file(&report.after, &comment(&report, readings), "robot")?;
     dict.set_item("robot", Py::new(py, after)?)?;
     let before = match printer {
         None => robot.clone(),
-        Some(_) => Robot::of_file(&robot.file, "")?,
+        Some(_) => Robot::of_file(&robot.file, "", "robot")?,
     };
     dict.set_item("before", Py::new(py, before)?)?;
     let report = match printer {

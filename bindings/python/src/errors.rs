@@ -1,7 +1,7 @@
 //! Refusals and faults as Python exceptions.
 
 use delta_cal_host::{CalibrateError, InputError};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::fmt::Display;
 
@@ -53,20 +53,6 @@ pub(crate) fn in_python(text: impl Display) -> String {
 /// An argument that cannot be used.
 pub(crate) fn value_error(argument: &str, cause: impl Display) -> PyErr {
     PyValueError::new_err(format!("{argument}: {cause}"))
-}
-
-/// An argument of another type.
-pub(crate) fn type_error(argument: &str, cause: impl Display) -> PyErr {
-    PyTypeError::new_err(format!("{argument}: {cause}"))
-}
-
-/// A length above 0.
-pub(crate) fn length(argument: &str, own: f64) -> PyResult<f64> {
-    if own > 0.0 && own.is_finite() {
-        return Ok(own);
-    }
-    let cause = format!("{own}; a length above 0 mm is needed");
-    Err(value_error(argument, cause))
 }
 
 /// A message of arrays, which have rows in place of lines, no names of columns, and are in no file.

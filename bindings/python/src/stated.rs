@@ -1,14 +1,12 @@
 //! What is stated of a robot: arguments, which `delta_cal/_stated.py` prepares, to what its file holds.
 
-use crate::errors::{type_error, value_error};
-use crate::files::call_python;
+use crate::errors::value_error;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, Transmission};
 use delta_cal::{Parameter, Robot as Geometry, Tolerance};
 use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -33,26 +31,10 @@ pub(crate) struct Stated {
     /// σ of lengths and angles.
     pub(crate) tolerance: Option<[f64; 2]>,
     pub(crate) zero: Option<f64>,
+    /// Of all that is stated.
+    pub(crate) names: String,
     /// Sections of the robot file by their names: JSON.
     pub(crate) sections: String,
-}
-
-impl Stated {
-    /// Of the arguments by their names, and of those that are always given.
-    pub(crate) fn of<'py>(
-        py: Python<'py>,
-        given: Option<&Bound<'py, PyDict>>,
-        more: &[(&str, &Bound<'py, PyAny>)],
-    ) -> PyResult<Self> {
-        let all = given.map_or_else(|| Ok(PyDict::new(py)), PyDictMethods::copy)?;
-        for (name, own) in more {
-            if own.is_none() {
-                return Err(type_error(name, "None; numbers are needed"));
-            }
-            all.set_item(name, own)?;
-        }
-        call_python(py, "_stated", "stated", (all,))?.extract()
-    }
 }
 
 /// Keys of `more` replace those of `own`; null removes one.

@@ -212,7 +212,7 @@ def test_what_was_not_measured_is_left_out(robot, measured):
         kind = next(iter(own))
         halves = [{"q": q[:20], "x": x[:20], **{name: part if isinstance(part, str) else part[:20] for name, part in own.items()}},
                   {"q": q[20:], "x": x[20:]}]
-        found = [dc._arrays.samples(robot, given).arrays(robot)[kind] for given in ({"q": q, "x": x, **own}, halves)]
+        found = [dc._samples.samples(robot, given).arrays(robot)[kind] for given in ({"q": q, "x": x, **own}, halves)]
         np.testing.assert_array_equal(*found)
     one = with_nan.copy()
     one[5, :2] = x[5, :2]

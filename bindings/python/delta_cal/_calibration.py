@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import warnings
 from dataclasses import dataclass, field
@@ -12,6 +14,7 @@ import numpy as np
 
 from . import _native
 from ._arrays import check, file_of, framed, lengths
+from ._errors import words
 from ._pages import Texts, Told, in_frame, written
 from ._robot import Robot, Samples
 from ._samples import samples
@@ -147,8 +150,6 @@ class Calibration:
 
     def to_dict(self) -> dict[str, Any]:
         """The report of ``delta-cal calibrate --json``: angles in degrees, keys as docs/json.md has them."""
-        import json
-
         found: dict[str, Any] = json.loads(self.report.json())
         return found
 
@@ -344,7 +345,16 @@ def calibrate(
         files = [file_of(own, file) for own, file in parts.items()]
         with Told(progress, timed=True) as tell:
             found = _native.calibrate_printer(configuration, files, stated_of(printer), method, robust, limit, tell)
-    found["robot"], found["before"] = Robot(found["robot"]), Robot(found["before"])
+    options = (frame, method, robust, limit, sorted(printer.items()))
+    found["fingerprint"] = hashlib.sha256(f"{found['fingerprint']}{options}".encode()).hexdigest()
+    found.update(json.loads(found.pop("json")))
+    for own in found["findings"]:
+        own["text"] = words(own["text"], found["report"].in_arrays())
+    found["robot"] = Robot(found["robot"])
+    found["parameters"] = found["robot"].parameters
+    found["sigma"] = np.sqrt(np.diag(found["covariance"]))[:24].reshape(3, 8)
+    found["sigma"].setflags(write=False)
+    found["before"] = robot if isinstance(robot, Robot) else Robot(found["before"])
     found["frame"] = _transform(found["frame"])
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")

@@ -129,7 +129,13 @@ class Robot(_ByFingerprint):
         check(str, drive=drive)
         if drive not in ("rotary", "linear"):
             raise ValueError('drive: "rotary" or "linear" is needed')
-        own = Robot(_native.Robot.of_parameters(stated({"parameters": parameters})["parameters"], drive == "linear"))
+        arms = np.array(stated({"parameters": parameters})["parameters"])
+        # Upper arms of 1 mm are the scales of linear drives.
+        if drive == "rotary" and not arms[:, 6].any() and (np.abs(arms[:, 5] - 1) < 0.5).all():
+            raise ValueError('parameters: these are the parameters of linear drives; drive="linear" is needed')
+        for arm in np.flatnonzero(arms[:, 6]) if drive == "linear" else ():
+            raise ValueError(f"parameters: [{arm}, 6] is not 0; linear drives have seven parameters")
+        own = Robot(_native.Robot.of_parameters(arms.tolist(), drive == "linear"))
         return own.replace(
             parameters=parameters, limits=limits, transmissions=transmissions, tolerance=tolerance, zero=zero, noise=noise, **sections
         )

@@ -20,16 +20,6 @@ pub(crate) fn loads<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyA
     py.import("json")?.call_method1("loads", (json,))
 }
 
-/// Without the colours of a terminal.
-pub(crate) fn plain(text: &str) -> String {
-    let mut parts = text.split('\u{1b}');
-    let first = parts.next().unwrap_or_default().to_owned();
-    parts.fold(first, |text, part| {
-        let (_, rest) = part.split_once('m').unwrap_or(("", part));
-        text + rest
-    })
-}
-
 /// SHA-256, 64 hexadecimal digits.
 pub(crate) fn sha256(text: &str) -> String {
     InputText::new("", text).sha256().to_owned()

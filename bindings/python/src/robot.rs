@@ -230,18 +230,6 @@ impl Robot {
         let drive = if linear { Drive::Linear } else { Drive::Rotary };
         let arms = arms_of(&Convention::usual(drive), &parameters);
         let fault = |error| value_error("parameters", error);
-        match (drive, arms.iter().position(|arm| arm[6] != 0.0)) {
-            // Upper arms of 1 mm are the scales of linear drives.
-            (Drive::Rotary, None) if arms.iter().all(|arm| (arm[5] - 1.0).abs() < 0.5) => {
-                let cause = "these are the parameters of linear drives; drive=\"linear\" is needed";
-                return Err(value_error("parameters", cause));
-            }
-            (Drive::Linear, Some(arm)) => {
-                let cause = format!("[{arm}, 6] is not 0; linear drives have seven parameters");
-                return Err(value_error("parameters", cause));
-            }
-            _ => {}
-        }
         let arm = |own: [f64; 8]| match (drive, own) {
             (Drive::Rotary, own) => Arm::new(own),
             (Drive::Linear, [a, b, c, d, e, f, _, h]) => Arm::linear([a, b, c, d, e, f, h]),
@@ -386,7 +374,9 @@ impl Robot {
     }
 
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        parameters_of(py, &self.file.robot, &self.file.convention)
+        let arms = self.file.robot.parameters();
+        let stated = arms_of(&self.file.convention, &arms);
+        array(py, stated.concat(), &[3, 8])
     }
 
     fn transmissions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -432,15 +422,3 @@ pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
 
 /// Limits of a robot before its own are stated.
 const ANY_LIMITS: (f64, f64) = (-1.0, 1.0);
-
-/// The 24 parameters of a robot in its file's convention: array (3, 8).
-pub(crate) fn parameters_of<'py>(
-    py: Python<'py>,
-    robot: &Geometry<f64>,
-    convention: &Convention,
-) -> PyResult<Bound<'py, PyAny>> {
-    let signs = convention.signs();
-    let own = robot.parameters().into_iter();
-    let stated = own.flat_map(|arm| std::array::from_fn::<_, 8, _>(|at| signs[at] * arm[at] + 0.0));
-    array(py, stated.collect(), &[3, 8])
-}

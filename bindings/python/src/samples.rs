@@ -1,8 +1,8 @@
 //! Samples: files, frames and arrays as tables, which the reader of samples files reads.
 
 use crate::arrays::{array, with_cores};
-use crate::errors::{calibrate_error, in_rows, input_error, value_error};
-use crate::files::{dict, plain, sha256};
+use crate::errors::{calibrate_error, input_error, value_error};
+use crate::files::{dict, sha256};
 use crate::printer::Part;
 use crate::robot::Robot;
 use delta_cal_host::files::columns::ColumnMapping;
@@ -24,7 +24,7 @@ pub(crate) struct Samples {
     /// Shapes of the covariances of the rows of arrays.
     shapes: Vec<Option<Matrix3<f64>>>,
     /// Whether they are arrays or a frame, whose rows count from 0, and no file.
-    in_arrays: bool,
+    pub(crate) in_arrays: bool,
     pub(crate) text: InputText,
 }
 
@@ -37,12 +37,6 @@ impl Samples {
             in_arrays: false,
             text,
         }
-    }
-
-    /// A text of these samples.
-    pub(crate) fn words(&self, text: &str) -> String {
-        let text = plain(text);
-        if self.in_arrays { in_rows(&text) } else { text }
     }
 
     /// The name of arrays, whose rows count from 0; none of a file.
@@ -125,7 +119,7 @@ impl Samples {
 
     fn arrays<'py>(&self, py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyDict>> {
         let readings = with_cores(py, || self.readings(robot, Options::default()))?;
-        let readings = readings.map_err(|error| calibrate_error(py, &error, self.arrays_name()))?;
+        let readings = readings.map_err(|error| calibrate_error(&error, self.arrays_name()))?;
         let convention = robot.file.convention;
         let rows = &readings.rows;
         let count = rows.len();

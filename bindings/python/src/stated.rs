@@ -78,10 +78,10 @@ pub(crate) fn tolerance_of(
     kept.map_err(|error| value_error("tolerance", error))
 }
 
-/// The parameters of three arms, in the internal axes.
+/// The parameters of three arms, from a convention to the internal axes and back; no zero is negative.
 pub(crate) fn arms_of(convention: &Convention, arms: &[[f64; 8]; 3]) -> [[f64; 8]; 3] {
     let signs = convention.signs();
-    arms.map(|arm| std::array::from_fn(|place| signs[place] * arm[place]))
+    arms.map(|arm| std::array::from_fn(|place| signs[place] * arm[place] + 0.0))
 }
 
 pub(crate) fn with_transmissions(file: &RobotFile, arms: [[f64; 5]; 3]) -> PyResult<Geometry<f64>> {

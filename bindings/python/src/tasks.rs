@@ -2,8 +2,8 @@
 
 use crate::arrays::{array, with_cores, with_cores_telling};
 use crate::calibration::document;
-use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
-use crate::files::{dict, loads, plain};
+use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error, words};
+use crate::files::{dict, loads};
 use crate::printer::{Own, Part, configuration, included};
 use crate::robot::Robot;
 use crate::samples::Samples;
@@ -73,10 +73,10 @@ pub(crate) fn plan<'py>(
         None => planning::plan(&request),
     };
     let found = with_cores_telling(py, progress.as_ref(), plan, || steps.counted())?;
-    let mut found = found.map_err(|error| plan_error(py, error))?;
+    let mut found = found.map_err(plan_error)?;
     found.measurements = labelled(found.measurements, names, 1);
     let (json, text) = (plan_report::json(&found), plan_report::text(&found));
-    planned(py, &robot.file, &found.measurements, &json, plain(&text))
+    planned(py, &robot.file, &found.measurements, &json, in_python(text))
 }
 
 /// What samples determine, and what to add.
@@ -95,10 +95,10 @@ fn added<'py>(
     let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
     let readings = samples.placed(file.readings);
     let found = with_cores(py, || Determined::by(request, &readings, &unmeasured))?;
-    let mut found = found.map_err(|error| plan_error(py, error))?;
+    let mut found = found.map_err(plan_error)?;
     found.next = labelled(found.next, names, 1);
     let json = plan_report::samples_json(&found);
-    let text = samples.words(&plan_report::samples_text(&found));
+    let text = words(plan_report::samples_text(&found), samples.in_arrays);
     planned(py, request.robot, &found.next, &json, text)
 }
 
@@ -123,11 +123,11 @@ fn planned<'py>(
     ))
 }
 
-fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
+fn plan_error(error: PlanError) -> PyErr {
     match error {
         PlanError::Singular | PlanError::NotDetermined { .. } | PlanError::TooAccurate { .. } => {
-            let finding = ("plan", in_python(error), in_python(error.remedy()));
-            refusal(py, vec![finding])
+            let finding = ("plan", error.to_string(), error.remedy().to_string());
+            refusal(vec![finding], false)
         }
         _ => {
             let argument = match error {
@@ -164,7 +164,7 @@ pub(crate) fn validate<'py>(
         let readings = samples.readings(robot, options)?;
         delta_cal_host::validation::validate(&robot.file, &readings, request)
     })?;
-    let found = found.map_err(|error| calibrate_error(py, &error, samples.arrays_name()))?;
+    let found = found.map_err(|error| calibrate_error(&error, samples.arrays_name()))?;
     let document = document(robot, samples);
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
     Ok(dict!(py,
@@ -177,7 +177,7 @@ pub(crate) fn validate<'py>(
         "warnings": found.warnings.iter().map(in_python).collect::<Vec<_>>(),
         "report": loads(py, &validation::json(&found, &document))?,
         "html": validation::certificate(&found, &document),
-        "text": samples.words(&validation::text(&found)),
+        "text": words(validation::text(&found), samples.in_arrays),
     ))
 }
 
@@ -294,7 +294,7 @@ pub(crate) fn workspace<'py>(
     Ok(dict!(py,
         "boundary": array(py, points, &shape)?,
         "report": loads(py, &workspace_report::to_json(&found))?,
-        "text": plain(&workspace_report::to_text(&found)),
+        "text": in_python(workspace_report::to_text(&found)),
     ))
 }
 
@@ -309,7 +309,7 @@ pub(crate) fn compare<'py>(
     let found = found.map_err(|error| input_error(&error, None))?;
     Ok(dict!(py,
         "report": loads(py, &validation::changes_json(&found))?,
-        "text": plain(&validation::changes(&found)),
+        "text": in_python(validation::changes(&found)),
     ))
 }
 

@@ -88,6 +88,8 @@ def rows(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
 
 def framed(given: Any) -> Any:
     """A data frame: of pandas, polars, or what has their methods; that of another library by the interchange protocol."""
+    if hasattr(given, "collect_schema") and hasattr(given, "lazy") and not hasattr(given, "__len__"):
+        given = given.collect()
     if hasattr(given, "columns") and hasattr(given, "dtypes"):
         return given
     if not hasattr(given, "__dataframe__"):

@@ -162,6 +162,9 @@ def _words(argument: str, given: Any, count: int) -> list[str]:
 
 
 def _column(name: str, array: Any, count: int) -> Any:
+    if name == "use" and array.dtype.kind == "f":
+        # Whole numbers that were beside missing ones.
+        return _words(name, ["" if math.isnan(own) else f"{own:g}" for own in array], count)
     return _numbers(name, array, count) if array.dtype.kind == "f" else _words(name, array, count)
 
 

@@ -63,6 +63,8 @@ def test_arrays_have_the_bits_of_a_file(tmp_path, measured, robot):
         dc.calibrate(robot, q, x),
         dc.calibrate(robot, table),
         dc.calibrate(robot, pl.from_pandas(table)),
+        dc.calibrate(robot, pl.from_pandas(table).lazy()),
+        dc.calibrate(robot, table.astype("Float64").assign(use=1.0)),
         dc.calibrate(robot, joints, positions),
         dc.calibrate(robot, q.tolist(), positions),
         dc.calibrate(robot, pa.Table.from_pandas(table)),

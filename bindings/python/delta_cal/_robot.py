@@ -221,7 +221,18 @@ class Robot(_ByFingerprint):
             "tolerance": tolerance, "zero": zero, "noise": noise,
         }
         used = {name: own for name, own in given.items() if own is not None}
-        return Robot(self._own.replaced(stated({**used, **sections})))
+        found = stated({**used, **sections})
+        changed: dict[str, Any] = json.loads(found.pop("sections"))
+        own = self
+        if "convention" in changed:
+            counted = own._with_sections({"convention": changed.pop("convention")})
+            own = Robot(own._own.counted_as(counted._own))
+        own = Robot(own._own.replaced(found))
+        return own._with_sections(changed) if changed else own
+
+    def _with_sections(self, sections: dict[str, Any]) -> Robot:
+        whole = json.dumps(_merged(self.to_dict(), sections))
+        return Robot(_native.Robot.of_json(self.name, whole, ", ".join(sections)))
 
     def forward(
         self, q: Rows, *, target: str | Vector | None = None, errors: Literal["nan", "raise"] = "nan"
@@ -385,6 +396,14 @@ class Robot(_ByFingerprint):
 
 def _robot_of(name: str, text: bytes) -> Robot:
     return Robot(_native.Robot.of_bytes(name, text))
+
+
+def _merged(own: Any, more: Any) -> Any:
+    """Keys of ``more`` replace those of ``own``; None removes one."""
+    if not (isinstance(own, dict) and isinstance(more, dict)):
+        return more
+    kept = {key: value for key, value in own.items() if key not in more}
+    return {**kept, **{key: _merged(own.get(key, {}), value) for key, value in more.items() if value is not None}}
 
 
 def _needed(**given: Any) -> None:

@@ -4,7 +4,7 @@ use crate::arrays::{array, each_row};
 use crate::errors::{input_error, value_error};
 use crate::files::{dict, sha256};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, margin};
-use crate::stated::{Stated, arms_of, limits_of, merge, tolerance_of, with_transmissions};
+use crate::stated::{Stated, arms_of, limits_of, tolerance_of, with_transmissions};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Noise, Parameter, Robot as Geometry, SymmetricRobot};
@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
 use std::error::Error;
+use std::fmt::Display;
 
 /// The robot of `delta_cal/_robot.py`.
 #[pyclass(frozen, module = "delta_cal._native")]
@@ -52,77 +53,6 @@ impl Robot {
             input_error(&error, None)
         })?;
         Ok(Self { file, source })
-    }
-
-    /// With what is stated in its place.
-    fn with(&self, stated: Stated) -> PyResult<Self> {
-        let mut file = self.file.clone();
-        let mut sections: serde_json::Map<String, Value> =
-            serde_json::from_str(&stated.sections).unwrap_or_default();
-        // The numbers of the file are in it.
-        if let Some(convention) = sections.remove("convention") {
-            let mut all = serde_json::Map::new();
-            all.insert("convention".to_owned(), convention);
-            file.convention = Self::of_file(&file, "", "convention")?
-                .merged(all)?
-                .file
-                .convention;
-        }
-        let drive = file.robot.drive();
-        if let Some(parameters) = &stated.parameters {
-            let arms = arms_of(&file.convention, parameters);
-            let robot = file.robot.with_parameters(arms);
-            file.robot = robot.map_err(|error| value_error("parameters", error))?;
-        }
-        if let Some(transmissions) = stated.transmissions {
-            file.robot = with_transmissions(&file, transmissions)?;
-        }
-        if let Some([low, high]) = stated.limits {
-            let (low, high) = file.convention.limits(low, high);
-            file.limits = limits_of((low, high), drive)?;
-        }
-        if let Some((position, joint)) = stated.noise {
-            let noise = Noise::by_axis(position, joint);
-            file.noise = Some(noise.map_err(|error| value_error("noise", error))?);
-        }
-        if let Some(tolerance) = stated.tolerance {
-            file.tolerance = Some(tolerance_of(tolerance, &file)?);
-        }
-        if let Some(zero) = stated.zero {
-            if drive == Drive::Linear {
-                return Err(value_error("zero", "the joints of this robot do not turn"));
-            }
-            let Some(tolerance) = file.tolerance else {
-                return Err(value_error("zero", "needs a tolerance as well"));
-            };
-            let with_zero = tolerance.with_joint_zero(zero);
-            file.tolerance = Some(with_zero.map_err(|error| value_error("zero", error))?);
-        }
-        let same = file == self.file;
-        let own = if same {
-            self.clone()
-        } else {
-            Self::of_file(&file, "", &stated.names)?
-        };
-        if sections.is_empty() {
-            Ok(own)
-        } else {
-            own.merged(sections)
-        }
-    }
-
-    /// With other keys in sections of its file.
-    fn merged(&self, sections: serde_json::Map<String, Value>) -> PyResult<Self> {
-        let names = sections.keys().cloned().collect::<Vec<_>>().join(", ");
-        let mut whole = self.sections()?;
-        merge(&mut whole, Value::Object(sections));
-        let text = toml::to_string(&whole).map_err(|error| value_error("robot", error))?;
-        Self::of_arguments(&self.file.name, &text, &names)
-    }
-
-    /// The sections of its file.
-    fn sections(&self) -> PyResult<Value> {
-        toml::from_str(self.source.text()).map_err(|error| value_error("robot", error))
     }
 
     /// Numbers of each row, `q` joints or `x` positions, in the type of the array.
@@ -251,8 +181,59 @@ impl Robot {
         Self::of_text(text.map_err(|error| input_error(&error, None))?)
     }
 
+    /// Of sections, which these arguments changed.
+    #[staticmethod]
+    fn of_json(name: &str, json: &str, arguments: &str) -> PyResult<Self> {
+        let fault = |error: &dyn Display| value_error(arguments, error);
+        let whole: Value = serde_json::from_str(json).map_err(|error| fault(&error))?;
+        let text = toml::to_string(&whole).map_err(|error| fault(&error))?;
+        Self::of_arguments(name, &text, arguments)
+    }
+
+    /// The same robot in the convention of another.
+    fn counted_as(&self, other: &Self) -> PyResult<Self> {
+        let mut file = self.file.clone();
+        file.convention = other.file.convention;
+        Self::of_file(&file, "", "convention")
+    }
+
+    /// With what is stated in its place.
     fn replaced(&self, stated: Stated) -> PyResult<Self> {
-        self.with(stated)
+        let mut file = self.file.clone();
+        let drive = file.robot.drive();
+        if let Some(parameters) = &stated.parameters {
+            let arms = arms_of(&file.convention, parameters);
+            let robot = file.robot.with_parameters(arms);
+            file.robot = robot.map_err(|error| value_error("parameters", error))?;
+        }
+        if let Some(transmissions) = stated.transmissions {
+            file.robot = with_transmissions(&file, transmissions)?;
+        }
+        if let Some([low, high]) = stated.limits {
+            let (low, high) = file.convention.limits(low, high);
+            file.limits = limits_of((low, high), drive)?;
+        }
+        if let Some((position, joint)) = stated.noise {
+            let noise = Noise::by_axis(position, joint);
+            file.noise = Some(noise.map_err(|error| value_error("noise", error))?);
+        }
+        if let Some(tolerance) = stated.tolerance {
+            file.tolerance = Some(tolerance_of(tolerance, &file)?);
+        }
+        if let Some(zero) = stated.zero {
+            if drive == Drive::Linear {
+                return Err(value_error("zero", "the joints of this robot do not turn"));
+            }
+            let Some(tolerance) = file.tolerance else {
+                return Err(value_error("zero", "needs a tolerance as well"));
+            };
+            let with_zero = tolerance.with_joint_zero(zero);
+            file.tolerance = Some(with_zero.map_err(|error| value_error("zero", error))?);
+        }
+        if file == self.file {
+            return Ok(self.clone());
+        }
+        Self::of_file(&file, "", &stated.names)
     }
 
     fn text(&self) -> (&str, &str) {
@@ -261,7 +242,9 @@ impl Robot {
 
     /// Sections of the file: JSON.
     fn json(&self) -> PyResult<String> {
-        Ok(self.sections()?.to_string())
+        let sections = toml::from_str::<Value>(self.source.text());
+        let sections = sections.map_err(|error| value_error("robot", error))?;
+        Ok(sections.to_string())
     }
 
     fn forward<'py>(

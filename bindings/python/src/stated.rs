@@ -8,7 +8,6 @@ use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 
 pub(crate) const FRAMES: &str = "\"base\" or \"sensor\"";
 pub(crate) const METHODS: &str = "\"joint\", \"ikm\" or \"fkm\"";
@@ -33,24 +32,6 @@ pub(crate) struct Stated {
     pub(crate) zero: Option<f64>,
     /// Of all that is stated.
     pub(crate) names: String,
-    /// Sections of the robot file by their names: JSON.
-    pub(crate) sections: String,
-}
-
-/// Keys of `more` replace those of `own`; null removes one.
-pub(crate) fn merge(own: &mut Value, more: Value) {
-    match (own, more) {
-        (Value::Object(own), Value::Object(more)) => {
-            for (key, value) in more {
-                if value.is_null() {
-                    own.remove(&key);
-                } else {
-                    merge(own.entry(key).or_insert(Value::Null), value);
-                }
-            }
-        }
-        (own, more) => *own = more,
-    }
 }
 
 /// With what else a file states.

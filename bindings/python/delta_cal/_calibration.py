@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from ._types import Array, Noise, PathLike, Rows, Tolerance, Waiting
 
 
-
 class CalibrationWarning(UserWarning):
     """A finding because of which a result may mislead."""
 

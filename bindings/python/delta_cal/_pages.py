@@ -13,13 +13,7 @@ from ._arrays import path_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ._robot import Robot
     from ._types import PathLike
-
-_SYMBOLS = {
-    "rotary": ("Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"),
-    "linear": ("Dx", "Dy", "Dz", "lean_x", "lean_y", "scale", "", "Lb"),
-}
 
 
 def in_frame(page: str) -> str:
@@ -30,16 +24,6 @@ def in_frame(page: str) -> str:
 def plain(text: str) -> str:
     """A text in columns."""
     return f"<pre>{html.escape(text)}</pre>"
-
-
-def robot(own: Robot) -> str:
-    """The parameters of a robot as a table: mm and radians."""
-    head = "".join(f"<th>{symbol}</th>" for symbol in ("", *_SYMBOLS[own.drive]))
-    rows = (
-        f"<tr><th>arm {arm}</th>" + "".join(f"<td>{value:.4f}</td>" for value in row) + "</tr>"
-        for arm, row in enumerate(own.parameters, 1)
-    )
-    return f"{plain(repr(own))}<table><tr>{head}</tr>{''.join(rows)}</table>"
 
 
 def written(path: PathLike, texts: Mapping[str, Callable[[], str]]) -> None:

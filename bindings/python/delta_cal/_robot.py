@@ -10,13 +10,19 @@ import numpy as np
 
 from . import _native
 from ._arrays import check, file_of, framed, in_units, lengths, path_of, rows
-from ._pages import robot as in_page
+from ._pages import plain
 from ._stated import several, stated
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ._types import Array, Noise, PathLike, Rows, Section, Tolerance, Vector
+
+
+_SYMBOLS = {
+    "rotary": ("Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"),
+    "linear": ("Dx", "Dy", "Dz", "lean_x", "lean_y", "scale", "", "Lb"),
+}
 
 
 class _ByFingerprint:
@@ -391,7 +397,12 @@ class Robot(_ByFingerprint):
         return f"<delta_cal.Robot {self.name}: {self.drive}, {arm}>"
 
     def _repr_html_(self) -> str:
-        return in_page(self)
+        head = "".join(f"<th>{symbol}</th>" for symbol in ("", *_SYMBOLS[self.drive]))
+        rows_of = (
+            f"<tr><th>arm {arm}</th>" + "".join(f"<td>{value:.4f}</td>" for value in row) + "</tr>"
+            for arm, row in enumerate(self.parameters, 1)
+        )
+        return f"{plain(repr(self))}<table><tr>{head}</tr>{''.join(rows_of)}</table>"
 
 
 def _robot_of(name: str, text: bytes) -> Robot:

@@ -1,11 +1,11 @@
 //! The extension module of the Python package `delta_cal`: the host library over NumPy arrays.
 //!
 //! ```text
+//! files        what is written in Python
 //! errors       refusals and faults as Python exceptions
 //! wide         numbers and vectors of formulas without branches
 //! lanes        kinematics of many rows at once, in vector instructions
 //! arrays       rows of numbers to arrays; the cores
-//! files        what is written in Python
 //! printer      the files of a printer's configuration
 //! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays

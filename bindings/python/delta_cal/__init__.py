@@ -15,7 +15,8 @@ A calibration that cannot be trusted raises :class:`Refused`; an argument that c
 
 from ._calibration import Calibration, CalibrationWarning, Unknown, calibrate
 from ._errors import Refused
-from ._native import Robot, Samples, __version__, read_samples
+from ._native import __version__
+from ._robot import Robot, Samples, read_samples
 from ._tasks import (
     Comparison,
     Export,

@@ -1,35 +1,22 @@
-"""Arguments to arrays, and readings to the columns of a samples file."""
+"""Arguments: numbers, words, paths, frames."""
 
 from __future__ import annotations
 
 import math
 import os
-import re
-from collections.abc import Mapping
 from importlib import import_module
 from numbers import Real
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native
-from ._native import Samples
-
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
-    from ._native import Robot
     from ._types import Array
-
-
-_NAMED = 5
-"""Rows that a message names."""
-_NUMBERS = {"height": "height_mm", "distance": "distance_mm", "sigma": "sigma_mm"}
-_OF = {"plane": "height", "point": "distance", "to": "distance"}
-_WORDS = ("plane", "point", "target", "name")
-_READ = ("x_mm", "y_mm", "z_mm", "height_mm", "distance_mm")
 
 
 def numbers(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
@@ -54,6 +41,41 @@ def check(kind: Any, *, optional: Mapping[str, Any] | None = None, **given: Any)
             raise TypeError(f"{name}: {type(value).__name__}; a {'number' if kind is Real else kind.__name__} is needed")
         if kind is Real and not math.isfinite(value):
             raise ValueError(f"{name}: {value}; a finite number is needed")
+        if kind is str:
+            unicode(name, value)
+
+
+def unicode(argument: str, text: str) -> None:
+    """Whether a text is one for other programs as well."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{argument}: {ascii(text)}; text without surrogates is needed") from None
+
+
+def lengths(*, optional: Mapping[str, Any] | None = None, **given: Any) -> None:
+    """Whether lengths are above 0, and no longer than a robot's can be; of optional ones those that are not None."""
+    check(Real, optional=optional, **given)
+    for name, value in {**given, **(optional or {})}.items():
+        if value is not None and not 0 < value <= 1e6:
+            raise ValueError(f"{name}: {float(value):g}; a length above 0 mm, up to 1e6 mm, is needed")
+
+
+def path_of(argument: str, given: Any) -> Path:
+    """The path of a file."""
+    try:
+        path = Path(given)
+    except TypeError:
+        raise TypeError(f"{argument}: {type(given).__name__}; a path is needed") from None
+    if "\0" in str(path):
+        raise ValueError(f"{argument}: a path without null characters is needed")
+    return path
+
+
+def file_of(argument: str, given: Any) -> tuple[str, bytes]:
+    """Name and bytes of a file; an error has its path and number."""
+    path = path_of(argument, given)
+    return str(path).encode(errors="replace").decode(), path.read_bytes()
 
 
 def rows(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
@@ -66,6 +88,8 @@ def rows(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
 
 def framed(given: Any) -> Any:
     """A data frame: of pandas, polars, or what has their methods; that of another library by the interchange protocol."""
+    if hasattr(given, "collect_schema") and hasattr(given, "lazy") and not hasattr(given, "__len__"):
+        given = given.collect()
     if hasattr(given, "columns") and hasattr(given, "dtypes"):
         return given
     if not hasattr(given, "__dataframe__"):
@@ -91,154 +115,3 @@ def radians(argument: str, angles: Array) -> None:
         raise ValueError(f"{argument}: {beyond}; angles are radians (numpy.deg2rad converts)")
 
 
-def samples(robot: Robot, given: Any, argument: str = "samples") -> Samples:
-    """Samples or their file, a frame of all columns, or arrays by the names of the arguments, in any mixture."""
-    if isinstance(given, Samples):
-        return given
-    if isinstance(given, (str, os.PathLike)):
-        return _native.read_samples(given)
-    frame = framed(given)
-    if frame is not None:
-        if len(frame) == 0:
-            raise ValueError(f"{argument}: no rows")
-        columns = {str(name): _column(str(name), frame[name].to_numpy(), len(frame)) for name in frame.columns}
-        return _native.samples_of_columns(robot, "samples", list(columns.items()), None)
-    all_given = [given] if isinstance(given, Mapping) else given
-    if not isinstance(all_given, (list, tuple)) or not all(isinstance(own, Mapping) for own in all_given):
-        raise TypeError(f"{argument}: {type(given).__name__}; a file, a frame or a dict of arrays is needed")
-    parts = [_table(robot, own) for own in all_given]
-    counts = [len(own) for _, own in parts]
-    names = dict.fromkeys(name for own, _ in parts for name in own)
-    joined = {name: _joined([own.get(name) for own, _ in parts], counts) for name in names}
-    stated = dict.fromkeys(name for own in all_given for name, value in own.items() if value is not None)
-    shapes = np.concatenate([own for _, own in parts]) if parts else None
-    return _native.samples_of_columns(robot, ", ".join(stated), list(joined.items()), shapes)
-
-
-def _joined(parts: Sequence[Any], counts: Sequence[int]) -> Any:
-    if any(isinstance(own, list) for own in parts):
-        return [word for own, count in zip(parts, counts) for word in own or [""] * count]
-    return np.concatenate([np.full(count, np.nan) if own is None else own for own, count in zip(parts, counts)])
-
-
-def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[dict[str, Any], Array]:
-    """The columns of arrays by the names of their arguments, and the shapes of their covariances, NaN without."""
-    for name in given:
-        if name not in ("q", "x", "to", *_NUMBERS, *_WORDS):
-            raise TypeError(f"{name}: no such reading")
-    own = {name: value for name, value in given.items() if value is not None}
-    if "q" not in own:
-        raise ValueError("q: joint angles are needed")
-    for name, reading in _OF.items():
-        if name in own and reading not in own:
-            raise ValueError(f"{name}: is given without {reading}")
-    if "distance" in own and "point" not in own and "to" not in own:
-        raise ValueError("distance: needs point or to, from where it is measured")
-    joint = ("q{}_rad" if robot.drive == "rotary" else "s{}_mm").format
-    q = _vectors(robot, "q", own["q"])
-    count = len(q)
-    if count == 0:
-        raise ValueError("q: no rows")
-    columns: dict[str, Any] = {joint(place + 1): q[:, place] for place in range(3)}
-    for argument, names in (("x", "{}_mm".format), ("to", lambda axis: "to_" + joint("xyz".index(axis) + 1))):
-        if argument in own:
-            found = _vectors(robot, argument, own[argument])
-            _check_count(argument, len(found), count)
-            columns.update((names(axis), found[:, place]) for place, axis in enumerate("xyz"))
-    shapes = np.full((count, 3, 3), np.nan)
-    for argument, column in _NUMBERS.items():
-        if argument == "sigma" and argument in own and np.ndim(own[argument]) > 1:
-            columns[column], shapes = _covariances(own[argument], count)
-        elif argument in own:
-            columns[column] = _numbers(argument, own[argument], count)
-    for row in np.flatnonzero(columns.get("sigma_mm", np.ones(0)) <= 0):
-        raise ValueError(f"sigma: row {row}: {columns['sigma_mm'][row]}; an uncertainty above 0 mm is needed")
-    columns.update((argument, _words(argument, own[argument], count)) for argument in _WORDS if argument in own)
-    # What was not measured has no plane, no point and no second pose.
-    for argument, reading in _OF.items():
-        for row in np.flatnonzero(np.isnan(columns[_NUMBERS[reading]])) if argument in own else ():
-            for column in [name for name in columns if name.startswith("to_")] if argument == "to" else [argument]:
-                columns[column][row] = np.nan if argument == "to" else ""
-    # Rows without a joint or without any reading are not used.
-    read = [columns[name] for name in _READ if name in columns]
-    used = ~np.isnan(q).any(axis=1) & np.any(~np.isnan(read), axis=0)
-    if not used.all():
-        columns.update((joint(place + 1), np.nan_to_num(q[:, place])) for place in range(3))
-        columns["use"] = ["1" if one else "0" for one in used]
-    return columns, shapes
-
-
-def _vectors(robot: Robot, argument: str, given: Any) -> Array:
-    array = robot._vectors(argument, given)
-    if array.ndim != 2:
-        raise ValueError(f"{argument}: shape {array.shape}; an array of shape (n, 3) is needed")
-    if argument != "x" and robot.drive == "rotary":
-        radians(argument, array)
-    return _finite(argument, array)
-
-
-def _finite(argument: str, array: Array) -> Array:
-    faulty = np.flatnonzero(np.isinf(array).any(axis=tuple(range(1, array.ndim))))
-    if len(faulty) > 0:
-        first = ", ".join(map(str, faulty[:_NAMED]))
-        many = f"{len(faulty)} rows ({first}, …)" if len(faulty) > _NAMED else f"rows {first}"
-        raise ValueError(f"{argument}: infinity in {f'row {first}' if len(faulty) == 1 else many}")
-    return array
-
-
-def _check_count(argument: str, own: int, count: int) -> None:
-    if own != count:
-        raise ValueError(f"{argument}: {own} rows, and q has {count}")
-
-
-def _numbers(argument: str, given: Any, count: int) -> Array:
-    """One number, or one a row."""
-    array = numbers(argument, given)
-    if array.size == 1:
-        array = np.full(count, array)
-    if array.ndim != 1:
-        raise ValueError(f"{argument}: shape {array.shape}; an array of shape (n,) is needed")
-    _check_count(argument, len(array), count)
-    return _finite(argument, array)
-
-
-def _word(own: Any) -> str:
-    """None is none, and what masked arrays and frames have for it."""
-    missing = own is None or own is np.ma.masked or type(own).__name__ == "NAType" or isinstance(own, float) and math.isnan(own)
-    return "" if missing else str(own)
-
-
-def _words(argument: str, given: Any, count: int) -> list[str]:
-    """One word, or one a row."""
-    try:
-        words = [given] * count if isinstance(given, str) else [_word(own) for own in given]
-    except TypeError:
-        raise TypeError(f"{argument}: words are needed") from None
-    _check_count(argument, len(words), count)
-    for row, word in enumerate(words):
-        if re.search(r'[",;\n\r\t]', word):
-            raise ValueError(f"{argument}: row {row}: a word without separators is needed")
-    return words
-
-
-def _column(name: str, array: Any, count: int) -> Any:
-    return _numbers(name, array, count) if array.dtype.kind == "f" else _words(name, array, count)
-
-
-def _covariances(given: Any, count: int) -> tuple[Array, Array]:
-    """σ and shape of the covariance of each row, of σ of its coordinates (n, 3) or of covariances (n, 3, 3)."""
-    array = numbers("sigma", given)
-    if array.ndim > 3 or array.shape[1:] not in ((3,), (3, 3)):
-        raise ValueError(f"sigma: shape {array.shape}; (n,), (n, 3) or (n, 3, 3) is needed")
-    _check_count("sigma", len(array), count)
-    # A negative σ is no uncertainty.
-    matrices = (array * np.abs(array))[:, :, None] * np.eye(3) if array.ndim == 2 else array
-    square = np.trace(matrices, axis1=1, axis2=2) / 3
-    with np.errstate(all="ignore"):
-        shapes = matrices / square[:, None, None]
-    known = np.where(np.isfinite(shapes), shapes, 0)
-    # As symmetric as rounding leaves it.
-    symmetric = np.abs(known - np.swapaxes(known, 1, 2)).max(axis=(1, 2)) < 1e-9
-    for row in np.flatnonzero(~(symmetric & (square > 0) & (np.linalg.eigvalsh(known)[:, 0] > 0))):
-        raise ValueError(f"sigma: row {row} is no σ above 0 and no covariance: symmetric and positive definite")
-    return np.sqrt(square), shapes

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import warnings
 from dataclasses import dataclass, field
-from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from . import _native
-from ._arrays import check, framed, samples
-from ._native import Robot, Samples
-from ._pages import Told, in_frame, written
+from ._arrays import check, file_of, framed, lengths
+from ._errors import words
+from ._pages import Texts, Told, in_frame, written
+from ._robot import Robot, Samples
+from ._samples import samples
+from ._stated import printer as stated_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -22,9 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ._native import Report
-    from ._pages import Texts
     from ._types import Array, Noise, PathLike, Rows, Tolerance, Waiting
-
 
 
 class CalibrationWarning(UserWarning):
@@ -124,12 +126,13 @@ class Calibration:
         array (…, 3, 3)
             NaN as of ``Robot.parameter_jacobian``. Its diagonal is the square of σ in x, y and z.
         """
+        check(str, optional={"target": target})
         by = self.robot.parameter_jacobian(q, transmissions=self._of("arm1.gain") is not None)
         places = np.arange(by.shape[-1])
         rods = self._of("arm1.rod_difference")
         if rods is not None:
             x, y, z = self.targets[target] if target in self.targets else np.zeros(3)
-            by = np.concatenate([by, self.robot._rods_jacobian(q, (x, y, z))], axis=-1)
+            by = np.concatenate([by, self.robot._own.rods_jacobian(self.robot._typed("q", q), (x, y, z))], axis=-1)
             places = np.concatenate([places, np.arange(rods, rods + 12)])
         found = by @ self.covariance[np.ix_(places, places)] @ np.swapaxes(by, -1, -2)
         if target is None:
@@ -146,8 +149,6 @@ class Calibration:
 
     def to_dict(self) -> dict[str, Any]:
         """The report of ``delta-cal calibrate --json``: angles in degrees, keys as docs/json.md has them."""
-        import json
-
         found: dict[str, Any] = json.loads(self.report.json())
         return found
 
@@ -181,6 +182,11 @@ class Calibration:
 
         return _plot.calibration(self)
 
+    def __getstate__(self) -> dict[str, Any]:
+        # The report without the solution behind it.
+        report = self.report
+        return {**self.__dict__, "report": Texts(report.text(), report.json(), report.html())}
+
     def __str__(self) -> str:
         return self.report.text()
 
@@ -201,7 +207,7 @@ def read(robot: Robot, q: Any, x: Any, others: Mapping[str, Any]) -> Samples:
     if not given and (alone or framed(q) is not None):
         return samples(robot, q, "q")
     if alone:
-        raise TypeError(f"{next(iter(given))}: q holds the readings already")
+        raise TypeError(f"q: {type(q).__name__} holds the readings already, and {next(iter(given))} is given")
     if not given:
         raise ValueError("x: positions or other readings are needed beside joint angles")
     return samples(robot, {"q": q, **given})
@@ -306,7 +312,7 @@ def calibrate(
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
     check(str, frame=frame, optional={"method": method})
-    check(Real, optional={"limit": limit, "noise_height": noise_height, "noise_distance": noise_distance})
+    lengths(optional={"limit": limit, "noise_height": noise_height, "noise_distance": noise_distance})
     check(bool, robust=robust)
     if not isinstance(robot, (Robot, str, os.PathLike)):
         raise TypeError(f"robot: {type(robot).__name__}; a Robot or a path is needed")
@@ -320,24 +326,34 @@ def calibrate(
         robot = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
         for reading, noise_of in (("height", noise_height), ("distance", noise_distance)):
             if noise_of is not None:
-                if not noise_of > 0:
-                    raise ValueError(f"noise_{reading}: {noise_of}; an uncertainty above 0 mm is needed")
                 robot = robot.replace(noise={f"{reading}_mm": noise_of})
         given = read(robot, q, x, readings)
         with Told(progress, timed=True) as tell:
-            found = _native.calibrate(robot, given, frame, method, robust, limit, tell)
+            found = _native.calibrate(robot._own, given._own, frame, method, robust, limit, tell)
     else:
+        configuration = file_of("robot", robot)
         more = {"noise": noise, "noise_height": noise_height, "noise_distance": noise_distance, "tolerance": tolerance, "zero": zero,
                 "frame": None if frame == "base" else frame}
         for own, value in {**readings, **more}.items():
             if value is not None:
                 raise TypeError(f"{own}: is not for a printer's configuration")
-        parts = [file for file in (q, x) if file is not None]
-        files = [file for file in parts if isinstance(file, (str, os.PathLike))]
-        if len(files) < len(parts):
-            raise TypeError(f"q: beside {robot}, which is no robot file (.toml), files with readings of a printer are needed")
+        parts = {name: own for name, own in (("q", q), ("x", x)) if own is not None}
+        for own, file in parts.items():
+            if not isinstance(file, (str, os.PathLike)):
+                raise TypeError(f"{own}: beside {robot}, which is no robot file (.toml), files with readings of a printer are needed")
+        files = [file_of(own, file) for own, file in parts.items()]
         with Told(progress, timed=True) as tell:
-            found = _native.calibrate_printer(robot, files, printer, method, robust, limit, tell)
+            found = _native.calibrate_printer(configuration, files, stated_of(printer), method, robust, limit, tell)
+    options = (frame, method, robust, limit, sorted(printer.items()))
+    found["fingerprint"] = hashlib.sha256(f"{found['fingerprint']}{options}".encode()).hexdigest()
+    found.update(json.loads(found.pop("json")))
+    for own in found["findings"]:
+        own["text"] = words(own["text"], found["report"].in_arrays())
+    found["robot"] = Robot(found["robot"])
+    found["parameters"] = found["robot"].parameters
+    found["sigma"] = np.sqrt(np.diag(found["covariance"]))[:24].reshape(3, 8)
+    found["sigma"].setflags(write=False)
+    found["before"] = robot if isinstance(robot, Robot) else Robot(found["before"])
     found["frame"] = _transform(found["frame"])
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import glob
 import html
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
+from ._arrays import path_of
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ._native import Robot
-
-_SYMBOLS = {
-    "rotary": ("Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"),
-    "linear": ("Dx", "Dy", "Dz", "lean_x", "lean_y", "scale", "", "Lb"),
-}
+    from ._types import PathLike
 
 
 def in_frame(page: str) -> str:
@@ -30,23 +26,14 @@ def plain(text: str) -> str:
     return f"<pre>{html.escape(text)}</pre>"
 
 
-def robot(own: Robot) -> str:
-    """The parameters of a robot as a table: mm and radians."""
-    head = "".join(f"<th>{symbol}</th>" for symbol in ("", *_SYMBOLS[own.drive]))
-    rows = (
-        f"<tr><th>arm {arm}</th>" + "".join(f"<td>{value:.4f}</td>" for value in row) + "</tr>"
-        for arm, row in enumerate(own.parameters, 1)
-    )
-    return f"{plain(repr(own))}<table><tr>{head}</tr>{''.join(rows)}</table>"
-
-
-def written(path: str | os.PathLike[str], texts: Mapping[str, Callable[[], str]]) -> None:
+def written(path: PathLike, texts: Mapping[str, Callable[[], str]]) -> None:
     """Writes the text for the ending of a name."""
-    text: Any = texts.get(Path(path).suffix)
+    own = path_of("path", path)
+    text: Any = texts.get(own.suffix)
     if text is None:
         endings = " or ".join(texts)
         raise ValueError(f"path: a name that ends in {endings} is needed")
-    Path(path).write_text(text(), encoding="utf-8")
+    own.write_text(text(), encoding="utf-8")
 
 
 def included(start: str, wanted: str) -> list[tuple[str, bytes]]:

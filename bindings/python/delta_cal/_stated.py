@@ -15,9 +15,11 @@ from ._arrays import numbers
 def stated(given: Mapping[str, Any]) -> dict[str, Any]:
     """By the names of the arguments; what is a dict or has no argument of its own is a section, as JSON."""
     own = dict(given)
+    names = ", ".join(own)
 
     def take(name: str) -> Any:
-        return None if isinstance(own.get(name), Mapping) else own.pop(name, None)
+        is_section = name in ("noise", "tolerance") and isinstance(own.get(name), Mapping)
+        return None if is_section else own.pop(name, None)
 
     found: dict[str, Any] = {
         "parameters": _shaped("parameters", take("parameters"), (3, 8)),
@@ -35,7 +37,7 @@ def stated(given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in own.items():
         if not (value is None or isinstance(value, Mapping)):
             raise TypeError(f"{name}: a dict is needed, of the keys that a robot file has in this section")
-    return {**found, "sections": f"{{{', '.join(f'{json.dumps(name)}: {_section(name, own[name])}' for name in own)}}}"}
+    return {**found, "names": names, "sections": f"{{{', '.join(f'{json.dumps(name)}: {_section(name, own[name])}' for name in own)}}}"}
 
 
 def _section(name: str, given: Any) -> str:
@@ -57,8 +59,8 @@ def printer(given: Mapping[str, Any]) -> dict[str, Any]:
         if lengths is not None:
             if lengths.size not in ((1, 3) if name == "rods" else (1,)):
                 raise ValueError(f"{name}: shape {lengths.shape}; {'one length or three are' if name == 'rods' else 'one length is'} needed")
-            if not (lengths > 0).all() or np.isinf(lengths).any():
-                raise ValueError(f"{name}: {lengths.tolist()}; a length above 0 mm is needed")
+            if not ((lengths > 0) & (lengths <= 1e6)).all():
+                raise ValueError(f"{name}: {lengths.tolist()}; a length above 0 mm, up to 1e6 mm, is needed")
             own[name] = (lengths.ravel().tolist() * 3)[:3] if name == "rods" else lengths.item()
     pairs = np.empty((0, 2)) if own["printed"] is None else own["printed"]
     if pairs.shape[1:] != (2,) or not (np.abs(pairs[:, 1] / pairs[:, 0] - 1) < 0.1).all():
@@ -75,6 +77,8 @@ def several(argument: str, given: Any, count: int, wanted: str) -> Any:
     array = numbers(argument, given)
     if array.size != count:
         raise ValueError(f"{argument}: {wanted} is needed, not {array.size} numbers")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{argument}: {array.tolist()}; finite numbers are needed")
     return array.ravel().tolist()
 
 

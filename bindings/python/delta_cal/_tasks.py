@@ -8,17 +8,17 @@ import json
 import operator
 from dataclasses import dataclass, field
 from numbers import Real
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from . import _native
-from ._arrays import check, radians, samples as samples_of
+from ._arrays import check, file_of, lengths, path_of, radians
 from ._calibration import _warn, read
-from ._native import Robot, Samples
 from ._pages import Told, in_frame, plain, written
-from ._stated import several
+from ._robot import Robot, Samples, samples_of
+from ._samples import samples as as_samples
+from ._stated import printer as stated_of, several
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -155,15 +155,20 @@ def plan(
     check(Robot, robot=robot)
     check(str, frame=frame, order=order, optional={"measure": measure, "within": within, "names": names})
     check(bool, absolute=absolute)
-    check(Real, optional={"accuracy": accuracy})
+    lengths(optional={"accuracy": accuracy})
     count, seed = _whole("count", count, 0), _whole("seed", seed, 0)
-    given = None if samples is None else samples_of(robot, samples)
+    try:
+        given = None if samples is None else as_samples(robot, samples, "samples")._own
+    except (TypeError, ValueError) as error:
+        # The keys of a dict have names of their own.
+        kind = TypeError if isinstance(error, TypeError) else ValueError
+        raise kind(f"samples: {str(error).removeprefix('samples: ')}") from None
     beside = {"measure": measure, "accuracy": accuracy, "order": None if order == "random" else order}
     for name, own in beside.items():
         if given is not None and own is not None:
             raise ValueError(f"{name}: cannot be combined with samples")
     with Told(progress) as tell:
-        return Plan(**_native.plan(robot, count, given, measure, frame, within, absolute, order, accuracy, seed, names, tell))
+        return Plan(**_native.plan(robot._own, count, given, measure, frame, within, absolute, order, accuracy, seed, names, tell))
 
 
 @dataclass(frozen=True, repr=False)
@@ -253,8 +258,8 @@ def validate(
     }
     check(Robot, robot=robot)
     check(str, frame=frame)
-    check(Real, limit=limit)
-    found = Validation(**_native.validate(robot, read(robot, q, x, readings), limit, frame))
+    lengths(limit=limit)
+    found = Validation(**_native.validate(robot._own, read(robot, q, x, readings)._own, limit, frame))
     _warn(found.warnings)
     return found
 
@@ -280,7 +285,7 @@ class Export(_Result):
         path : path
             Any file: ``path="lines.cfg"``.
         """
-        Path(path).write_text(self.text, encoding="utf-8")
+        path_of("path", path).write_text(self.text, encoding="utf-8")
 
 
 def export(
@@ -315,11 +320,19 @@ def export(
     """
     check(Robot, robot=robot, optional={"nominal": nominal})
     check(str, target=target)
-    check(Real, optional={"height": height, "limit": limit})
+    check(Real, optional={"height": height})
+    lengths(optional={"limit": limit})
+    if height is not None and abs(height) > 1e6:
+        raise ValueError(f"height: {float(height):g}; a height of up to 1e6 mm is needed")
     joints = None if home is None else several("home", home, 3, "(q1, q2, q3)")
     if joints is not None and robot.drive == "rotary":
         radians("home", np.array(joints))
-    return Export(**_native.export(robot, target, nominal, x, joints, height, limit))
+    places = None if x is None else robot._rows("x", x)
+    table = np.empty((0, 3)) if places is None else places.reshape(-1, 3)
+    for row in np.flatnonzero(~np.isfinite(table).all(axis=1)):
+        raise ValueError(f"x: row {row}: {table[row].tolist()}; finite numbers are needed")
+    before = None if nominal is None else nominal._own
+    return Export(**_native.export(robot._own, target, before, places, joints, height, limit))
 
 
 @dataclass(frozen=True)
@@ -370,7 +383,11 @@ def import_(
         "rods": rods, "radius": radius, "rods_sigma": rods_sigma, "radius_sigma": radius_sigma,
         "printed": printed, "shrinkage": shrinkage,
     }
-    return Imported(**_native.import_(path, firmware, printer))
+    found = _native.import_(file_of("path", path), firmware, stated_of(printer))
+    if found["samples"] is not None:
+        name, text = found["samples"]
+        found["samples"] = samples_of([(name, text.encode())])
+    return Imported(**{**found, "robot": Robot(found["robot"])})
 
 
 @dataclass(frozen=True, repr=False)
@@ -396,8 +413,8 @@ def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = 
         Between lines along which they lie, mm; otherwise a part of the workspace: ``spacing=20``.
     """
     check(Robot, robot=robot)
-    check(Real, tolerance=tolerance, optional={"spacing": spacing})
-    return Workspace(**_native.workspace(robot, tolerance, spacing))
+    lengths(tolerance=tolerance, optional={"spacing": spacing})
+    return Workspace(**_native.workspace(robot._own, tolerance, spacing))
 
 
 @dataclass(frozen=True, repr=False)
@@ -417,7 +434,7 @@ def compare(before: Robot, after: Robot) -> Comparison:
         With the same drives: ``after=result.robot``.
     """
     check(Robot, before=before, after=after)
-    return Comparison(**_native.compare(before, after))
+    return Comparison(**_native.compare(before._own, after._own))
 
 
 def simulate(
@@ -471,7 +488,7 @@ def simulate(
     check(bool, planned=planned)
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
     with Told(progress) as tell:
-        table = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)
+        table = _native.simulate(known._own, first, n, seed, poses, method, planned, spread, tell)
     rows = list(csv.DictReader(io.StringIO(table)))
     status = np.array([row["status"] for row in rows], dtype=str)
     found: dict[str, Any] = {"robot": np.array([int(row["robot"]) for row in rows], dtype=np.uint64), "accepted": status == "accepted"}

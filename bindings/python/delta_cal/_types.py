@@ -27,5 +27,6 @@ class DataFrame(Protocol):
 
 Rows = Union[ArrayLike, DataFrame]
 Vector = tuple[float, float, float]
+File = tuple[str, bytes]
 Noise = Union[tuple[float, float], tuple[tuple[float, float, float], float], Section]
 Tolerance = Union[tuple[float, float], Section]

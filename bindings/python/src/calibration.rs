@@ -1,11 +1,11 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
 use crate::arrays::{array, with_cores, with_cores_telling};
-use crate::errors::{calibrate_error, in_python, input_error, length};
-use crate::files::{bytes_of, dict, loads, plain, sha256};
-use crate::printer::{configuration, included};
-use crate::robot::{Robot, parameters_of};
-use crate::samples::{Again, Samples};
+use crate::errors::{calibrate_error, in_python, input_error, words};
+use crate::files::{dict, loads};
+use crate::printer::{Own, Part, configuration, included};
+use crate::robot::Robot;
+use crate::samples::Samples;
 use crate::stated::{FRAMES, METHODS, word};
 use delta_cal_host::files::document::Document;
 use delta_cal_host::import::Imported;
@@ -16,15 +16,16 @@ use delta_cal_host::{InputText, Options, Readings, Report as Calibrated};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// A report in three forms, made when it is asked for; pickled as `Texts` in `delta_cal/_pages.py`.
+/// A report in three forms, made when it is asked for.
 #[pyclass(frozen, module = "delta_cal._native")]
 pub(crate) struct Report(Form);
 
 enum Form {
-    OfRobot(Box<(Calibrated, Samples)>),
+    /// And whether it is of arrays.
+    OfRobot(Box<(Calibrated, bool)>),
     OfPrinter(Box<PrinterReport>),
 }
 
@@ -32,9 +33,13 @@ enum Form {
 impl Report {
     fn text(&self) -> String {
         match &self.0 {
-            Form::OfRobot(own) => own.1.words(&own.0.to_text()),
-            Form::OfPrinter(own) => plain(&own.to_text()),
+            Form::OfRobot(own) => words(own.0.to_text(), own.1),
+            Form::OfPrinter(own) => in_python(own.to_text()),
         }
+    }
+
+    fn in_arrays(&self) -> bool {
+        matches!(&self.0, Form::OfRobot(own) if own.1)
     }
 
     fn json(&self) -> String {
@@ -49,11 +54,6 @@ impl Report {
             Form::OfRobot(own) => own.0.to_html(),
             Form::OfPrinter(own) => own.to_html(),
         })
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Again<'py, (String, String, String)>> {
-        let again = py.import("delta_cal._pages")?.getattr("Texts")?;
-        Ok((again, (self.text(), self.json(), self.html(py))))
     }
 }
 
@@ -95,7 +95,6 @@ pub(crate) fn calibrate<'py>(
         frame: word("frame", frame, FRAMES)?,
         of_printer: false,
     };
-    let limit = limit.map(|own| length("limit", own)).transpose()?;
     let work = || {
         let readings = samples.readings(robot, options)?;
         let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
@@ -103,19 +102,18 @@ pub(crate) fn calibrate<'py>(
     };
     let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
     let (readings, report) =
-        found.map_err(|error| calibrate_error(py, &error, samples.arrays_name()))?;
-    let options = format!("{frame} {method:?} {robust} {limit:?}");
+        found.map_err(|error| calibrate_error(&error, samples.arrays_name()))?;
     let begin = (robot, samples, &readings);
-    result(py, begin, limit, &options, report, None)
+    result(py, begin, limit, report, None)
 }
 
 /// What the calibration of a printer's configuration found.
 #[pyfunction]
 pub(crate) fn calibrate_printer<'py>(
     py: Python<'py>,
-    path: &Bound<'py, PyAny>,
-    samples: Vec<Bound<'py, PyAny>>,
-    stated: &Bound<'py, PyDict>,
+    file: Part,
+    samples: Vec<Part>,
+    stated: Own,
     method: Option<&str>,
     robust: bool,
     limit: Option<f64>,
@@ -126,10 +124,8 @@ pub(crate) fn calibrate_printer<'py>(
         robust,
         ..Options::default()
     };
-    let limit = limit.map(|own| length("limit", own)).transpose()?;
-    let (text, firmware, stated) = configuration(path, None, stated)?;
-    let samples = samples.iter().map(|path| {
-        let (name, bytes) = bytes_of(path)?;
+    let (text, firmware, stated) = configuration(file, None, stated)?;
+    let samples = samples.into_iter().map(|(name, bytes)| {
         InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, None))
     });
     let samples = samples.collect::<PyResult<Vec<_>>>()?;
@@ -145,23 +141,21 @@ pub(crate) fn calibrate_printer<'py>(
         Ok((imported, report))
     };
     let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
-    let (imported, report) = found.map_err(|error| calibrate_error(py, &error, None))?;
+    let (imported, report) = found.map_err(|error| calibrate_error(&error, None))?;
     let robot = Robot {
         file: imported.robot.clone(),
         source: text.clone(),
     };
     let samples = Samples::of_input(samples.into_iter().next().unwrap_or(text));
-    let options = format!("{stated:?} {method:?} {robust} {limit:?}");
     let begin = (&robot, &samples, &imported.readings);
-    result(py, begin, limit, &options, report, Some(&imported))
+    result(py, begin, limit, report, Some(&imported))
 }
 
-/// What a calibration found that began with these; `options` are what else tells calibrations apart.
+/// What a calibration found that began with these.
 fn result<'py>(
     py: Python<'py>,
     (robot, samples, readings): (&Robot, &Samples, &Readings),
     limit: Option<f64>,
-    options: &str,
     mut report: Calibrated,
     printer: Option<&Imported>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -169,21 +163,18 @@ fn result<'py>(
     if let Some(limit) = limit {
         report = report.with_limit(limit);
     }
-    let dict = figures(py, &report, samples)?;
-    let fingerprint = robot.fingerprint() + &samples.fingerprint() + options;
-    dict.set_item("fingerprint", sha256(&fingerprint))?;
-    let after = Robot::of_file(&report.after, &comment(&report, readings))?;
+    let dict = figures(py, &report)?;
+    let fingerprint = robot.fingerprint() + &samples.fingerprint();
+    dict.set_item("fingerprint", fingerprint)?;
+    let after = Robot::of_file(&report.after, &comment(&report, readings), "robot")?;
     dict.set_item("robot", Py::new(py, after)?)?;
-    let before = match printer {
-        None => robot.clone(),
-        Some(_) => Robot::of_file(&robot.file, "")?,
-    };
-    dict.set_item("before", Py::new(py, before)?)?;
     let report = match printer {
-        None => Form::OfRobot(Box::new((report, samples.clone()))),
+        None => Form::OfRobot(Box::new((report, samples.in_arrays))),
         Some(printer) => {
             let report = with_cores(py, || PrinterReport::of(printer, report.clone()))?;
-            let report = report.map_err(|error| calibrate_error(py, &error, None))?;
+            let report = report.map_err(|error| calibrate_error(&error, None))?;
+            let before = Robot::of_file(&robot.file, "", "robot")?;
+            dict.set_item("before", Py::new(py, before)?)?;
             let printer = json!(report.printer).to_string();
             dict.set_item("printer", loads(py, &printer)?)?;
             Form::OfPrinter(Box::new(report))
@@ -194,16 +185,10 @@ fn result<'py>(
 }
 
 /// The figures of a report.
-fn figures<'py>(
-    py: Python<'py>,
-    report: &Calibrated,
-    samples: &Samples,
-) -> PyResult<Bound<'py, PyDict>> {
+fn figures<'py>(py: Python<'py>, report: &Calibrated) -> PyResult<Bound<'py, PyDict>> {
     let (solution, before) = (&report.solution, &report.before);
     let unknowns = solution.unknowns(before);
-    let parameters = parameters_of(py, &solution.robot, &before.convention)?;
     let covariance = &solution.covariance;
-    let sigma = (0..24).map(|place| covariance[(place, place)].sqrt());
     let size = unknowns.len();
     let stated = |place: usize| {
         let (row, column) = (place / size, place % size);
@@ -215,28 +200,19 @@ fn figures<'py>(
     let named = unknowns.iter().map(|own| (&own.name, own.unit, own.value));
     let rows = &solution.readings.rows;
     let lines = rows.iter().map(|row| row.line).collect();
-    let json = |value: Value| loads(py, &value.to_string());
+    let texts = json!({
+        "expected_error": report.expected_error,
+        "findings": report.findings,
+        "frame": report.sensor_frame,
+        "method": report.method,
+    });
     Ok(dict!(py,
-        "parameters": parameters,
-        "sigma": array(py, sigma.collect(), &[3, 8])?,
         "covariance": array(py, all, &[size, size])?,
         "unknowns": PyList::new(py, named)?,
         "residuals": residuals(py, report)?,
         "lines": array(py, lines, &[rows.len()])?,
-        "expected_error": json(json!(report.expected_error))?,
-        "findings": json(findings(report, samples))?,
-        "frame": json(json!(report.sensor_frame))?,
-        "method": json(json!(report.method))?,
+        "json": texts.to_string(),
     ))
-}
-
-fn findings(report: &Calibrated, samples: &Samples) -> Value {
-    let own = report.findings.iter().map(|own| {
-        let mut own = own.clone();
-        own.text = samples.words(&in_python(&own.text));
-        own
-    });
-    json!(own.collect::<Vec<_>>())
 }
 
 fn residuals<'py>(py: Python<'py>, report: &Calibrated) -> PyResult<Bound<'py, PyAny>> {

@@ -1,11 +1,11 @@
 //! The extension module of the Python package `delta_cal`: the host library over NumPy arrays.
 //!
 //! ```text
+//! files        what is written in Python
 //! errors       refusals and faults as Python exceptions
 //! wide         numbers and vectors of formulas without branches
 //! lanes        kinematics of many rows at once, in vector instructions
 //! arrays       rows of numbers to arrays; the cores
-//! files        JSON, files, what is written in Python
 //! printer      the files of a printer's configuration
 //! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays
@@ -35,34 +35,15 @@ mod wide;
 
 use pyo3::prelude::*;
 
-/// Equality and hash of what has a fingerprint.
-macro_rules! by_fingerprint {
-    ($($class:ty),*) => {$(
-        impl PartialEq for $class {
-            fn eq(&self, other: &Self) -> bool {
-                self.fingerprint() == other.fingerprint()
-            }
-        }
-
-        impl std::hash::Hash for $class {
-            fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
-                self.fingerprint().hash(state);
-            }
-        }
-    )*};
-}
-
-by_fingerprint!(robot::Robot, samples::Samples);
-
 /// The compiled part of `delta_cal`.
 #[pymodule]
 mod _native {
     #[pymodule_export]
     use crate::calibration::{Report, calibrate, calibrate_printer};
     #[pymodule_export]
-    use crate::robot::{Robot, robot_of_text};
+    use crate::robot::Robot;
     #[pymodule_export]
-    use crate::samples::{Samples, read_samples, samples_of_bytes, samples_of_columns};
+    use crate::samples::{Samples, samples_of_columns};
     #[pymodule_export]
     use crate::tasks::{compare, export, import_, plan, simulate, validate, workspace};
 

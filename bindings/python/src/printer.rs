@@ -1,19 +1,20 @@
 //! The files of a printer's configuration.
 
 use crate::errors::{input_error, value_error};
-use crate::files::{bytes_of, call_python};
+use crate::files::call_python;
 use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::{InputError, InputText};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+
+/// Name and bytes of a file.
+pub(crate) type Part = (String, Vec<u8>);
 
 /// A configuration, whose firmware it is, and what is stated beside it.
 pub(crate) fn configuration(
-    path: &Bound<'_, PyAny>,
+    (name, bytes): Part,
     firmware: Option<&str>,
-    stated: &Bound<'_, PyDict>,
+    own: Own,
 ) -> PyResult<(InputText, Firmware, Stated)> {
-    let (name, bytes) = bytes_of(path)?;
     let fault = |error| input_error(&error, None);
     let text = InputText::from_bytes(name, &bytes).map_err(fault)?;
     let firmware = match firmware {
@@ -23,7 +24,6 @@ pub(crate) fn configuration(
             value_error("firmware", format!("one of {names} is needed"))
         })?,
     };
-    let own: Own = call_python(path.py(), "_stated", "printer", (stated,))?.extract()?;
     let stated = Stated {
         rods: own.rods,
         radius: own.radius,
@@ -39,7 +39,7 @@ pub(crate) fn configuration(
 /// What is stated of a printer: arguments, which `delta_cal/_stated.py` prepares.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Own {
+pub(crate) struct Own {
     rods: Option<[f64; 3]>,
     radius: Option<f64>,
     rods_sigma: Option<f64>,
@@ -50,10 +50,10 @@ struct Own {
 
 /// The files that a line of a configuration includes, beside the file with the line.
 pub(crate) fn included(from: &str, wanted: &str) -> Result<Vec<InputText>, InputError> {
-    let found = Python::attach(|py| -> PyResult<Vec<(String, Vec<u8>)>> {
+    let found = Python::attach(|py| -> PyResult<Vec<Part>> {
         call_python(py, "_pages", "included", (from, wanted))?.extract()
     });
     let found = found.map_err(|error| InputError::new(from, error.to_string()))?;
-    let read = |(name, bytes): (String, Vec<u8>)| InputText::from_bytes(name, &bytes);
+    let read = |(name, bytes): Part| InputText::from_bytes(name, &bytes);
     found.into_iter().map(read).collect()
 }

@@ -1,16 +1,13 @@
 //! What is stated of a robot: arguments, which `delta_cal/_stated.py` prepares, to what its file holds.
 
-use crate::errors::{type_error, value_error};
-use crate::files::call_python;
+use crate::errors::value_error;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, Transmission};
 use delta_cal::{Parameter, Robot as Geometry, Tolerance};
 use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 
 pub(crate) const FRAMES: &str = "\"base\" or \"sensor\"";
 pub(crate) const METHODS: &str = "\"joint\", \"ikm\" or \"fkm\"";
@@ -33,42 +30,8 @@ pub(crate) struct Stated {
     /// σ of lengths and angles.
     pub(crate) tolerance: Option<[f64; 2]>,
     pub(crate) zero: Option<f64>,
-    /// Sections of the robot file by their names: JSON.
-    pub(crate) sections: String,
-}
-
-impl Stated {
-    /// Of the arguments by their names, and of those that are always given.
-    pub(crate) fn of<'py>(
-        py: Python<'py>,
-        given: Option<&Bound<'py, PyDict>>,
-        more: &[(&str, &Bound<'py, PyAny>)],
-    ) -> PyResult<Self> {
-        let all = given.map_or_else(|| Ok(PyDict::new(py)), PyDictMethods::copy)?;
-        for (name, own) in more {
-            if own.is_none() {
-                return Err(type_error(name, "None; numbers are needed"));
-            }
-            all.set_item(name, own)?;
-        }
-        call_python(py, "_stated", "stated", (all,))?.extract()
-    }
-}
-
-/// Keys of `more` replace those of `own`; null removes one.
-pub(crate) fn merge(own: &mut Value, more: Value) {
-    match (own, more) {
-        (Value::Object(own), Value::Object(more)) => {
-            for (key, value) in more {
-                if value.is_null() {
-                    own.remove(&key);
-                } else {
-                    merge(own.entry(key).or_insert(Value::Null), value);
-                }
-            }
-        }
-        (own, more) => *own = more,
-    }
+    /// Of all that is stated.
+    pub(crate) names: String,
 }
 
 /// With what else a file states.
@@ -96,10 +59,10 @@ pub(crate) fn tolerance_of(
     kept.map_err(|error| value_error("tolerance", error))
 }
 
-/// The parameters of three arms, in the internal axes.
+/// The parameters of three arms, from a convention to the internal axes and back; no zero is negative.
 pub(crate) fn arms_of(convention: &Convention, arms: &[[f64; 8]; 3]) -> [[f64; 8]; 3] {
     let signs = convention.signs();
-    arms.map(|arm| std::array::from_fn(|place| signs[place] * arm[place]))
+    arms.map(|arm| std::array::from_fn(|place| signs[place] * arm[place] + 0.0))
 }
 
 pub(crate) fn with_transmissions(file: &RobotFile, arms: [[f64; 5]; 3]) -> PyResult<Geometry<f64>> {

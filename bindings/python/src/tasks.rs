@@ -2,13 +2,14 @@
 
 use crate::arrays::{array, with_cores, with_cores_telling};
 use crate::calibration::document;
-use crate::errors::{calibrate_error, in_python, input_error, length, refusal, value_error};
-use crate::files::{dict, loads, plain};
-use crate::printer::{configuration, included};
+use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error, words};
+use crate::files::{dict, loads};
+use crate::printer::{Own, Part, configuration, included};
 use crate::robot::Robot;
-use crate::samples::{Samples, samples_of_bytes};
+use crate::samples::Samples;
 use crate::stated::{FRAMES, METHODS, word};
 use delta_cal_host::campaign::{self, OneCase};
+use delta_cal_host::export::error::ExportError;
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
 use delta_cal_host::halt::Steps;
@@ -18,8 +19,9 @@ use delta_cal_host::planning::{
 };
 use delta_cal_host::report::{plan as plan_report, validation, workspace as workspace_report};
 use delta_cal_host::validation::{Comparison, Request, check_independent};
-use delta_cal_host::workspace::{Analysis, Options as Resolution};
+use delta_cal_host::workspace::{Analysis, Options as Resolution, WorkspaceError};
 use delta_cal_host::{InputText, Options, Planned as Rows, RobotFile};
+use nalgebra::Vector3;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -48,7 +50,6 @@ pub(crate) fn plan<'py>(
     let wishes = wishes.map_err(|cause| value_error("measure", cause))?;
     let region = within.map(str::parse::<Region>).transpose();
     let region = region.map_err(|cause| value_error("within", cause))?;
-    accuracy.map(|own| length("accuracy", own)).transpose()?;
     let least = if samples.is_some() { 0 } else { LEAST };
     if accuracy.is_none() && !(least..=MOST).contains(&count) {
         let cause = format!("{count}; {least} to {MOST} measurements can be planned");
@@ -72,10 +73,10 @@ pub(crate) fn plan<'py>(
         None => planning::plan(&request),
     };
     let found = with_cores_telling(py, progress.as_ref(), plan, || steps.counted())?;
-    let mut found = found.map_err(|error| plan_error(py, error))?;
+    let mut found = found.map_err(plan_error)?;
     found.measurements = labelled(found.measurements, names, 1);
     let (json, text) = (plan_report::json(&found), plan_report::text(&found));
-    planned(py, &robot.file, &found.measurements, &json, plain(&text))
+    planned(py, &robot.file, &found.measurements, &json, in_python(text))
 }
 
 /// What samples determine, and what to add.
@@ -94,10 +95,10 @@ fn added<'py>(
     let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
     let readings = samples.placed(file.readings);
     let found = with_cores(py, || Determined::by(request, &readings, &unmeasured))?;
-    let mut found = found.map_err(|error| plan_error(py, error))?;
+    let mut found = found.map_err(plan_error)?;
     found.next = labelled(found.next, names, 1);
     let json = plan_report::samples_json(&found);
-    let text = samples.words(&plan_report::samples_text(&found));
+    let text = words(plan_report::samples_text(&found), samples.in_arrays);
     planned(py, request.robot, &found.next, &json, text)
 }
 
@@ -122,11 +123,11 @@ fn planned<'py>(
     ))
 }
 
-fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
+fn plan_error(error: PlanError) -> PyErr {
     match error {
         PlanError::Singular | PlanError::NotDetermined { .. } | PlanError::TooAccurate { .. } => {
-            let finding = ("plan", in_python(error), in_python(error.remedy()));
-            refusal(py, vec![finding])
+            let finding = ("plan", error.to_string(), error.remedy().to_string());
+            refusal(vec![finding], false)
         }
         _ => {
             let argument = match error {
@@ -148,7 +149,6 @@ pub(crate) fn validate<'py>(
     limit: f64,
     frame: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let limit = length("limit", limit)?;
     let stored = frame == "stored";
     let request = Request {
         limit,
@@ -164,7 +164,7 @@ pub(crate) fn validate<'py>(
         let readings = samples.readings(robot, options)?;
         delta_cal_host::validation::validate(&robot.file, &readings, request)
     })?;
-    let found = found.map_err(|error| calibrate_error(py, &error, samples.arrays_name()))?;
+    let found = found.map_err(|error| calibrate_error(&error, samples.arrays_name()))?;
     let document = document(robot, samples);
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
     Ok(dict!(py,
@@ -177,7 +177,7 @@ pub(crate) fn validate<'py>(
         "warnings": found.warnings.iter().map(in_python).collect::<Vec<_>>(),
         "report": loads(py, &validation::json(&found, &document))?,
         "html": validation::certificate(&found, &document),
-        "text": samples.words(&validation::text(&found)),
+        "text": words(validation::text(&found), samples.in_arrays),
     ))
 }
 
@@ -188,12 +188,11 @@ pub(crate) fn export<'py>(
     robot: &Robot,
     target: &str,
     nominal: Option<&Robot>,
-    x: Option<&Bound<'py, PyAny>>,
+    x: Option<PyReadonlyArrayDyn<'py, f64>>,
     home: Option<[f64; 3]>,
     height: Option<f64>,
     limit: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    limit.map(|own| length("limit", own)).transpose()?;
     let drive = robot.file.robot.drive();
     let found = target_of(target, drive);
     let target = found.map_err(|error| value_error("target", in_python(error)))?;
@@ -203,16 +202,12 @@ pub(crate) fn export<'py>(
         let cause = format!("its drives are not {drive:?}, as those of robot are").to_lowercase();
         return Err(value_error("nominal", cause));
     }
-    let positions = match x {
-        None => None,
-        Some(x) => {
-            let convention = robot.file.convention;
-            let rows: PyReadonlyArrayDyn<'py, f64> = robot.vectors("x", x)?.extract()?;
-            let (rows, _) = rows.as_slice()?.as_chunks::<3>();
-            let inside = rows.iter().map(|own| convention.vector(&(*own).into()));
-            Some(inside.collect())
-        }
-    };
+    let positions = x.map(|rows| -> PyResult<Vec<Vector3<f64>>> {
+        let (rows, _) = rows.as_slice()?.as_chunks::<3>();
+        let inside = |own: &[f64; 3]| robot.file.convention.vector(&(*own).into());
+        Ok(rows.iter().map(inside).collect())
+    });
+    let positions = positions.transpose()?;
     let settings = Settings {
         home,
         height,
@@ -232,8 +227,15 @@ pub(crate) fn export<'py>(
         };
         case.export(target)
     })?;
-    let found = found
-        .map_err(|error| value_error("robot", in_python(format!("{error}\n{}", error.remedy()))))?;
+    let found = found.map_err(|error| {
+        let argument = match error {
+            ExportError::Home { .. } | ExportError::HomeOutside { .. } => "home",
+            ExportError::TooFewPositions(_) | ExportError::Unreached if positions.is_some() => "x",
+            ExportError::LimitNotMet { .. } => "limit",
+            _ => "robot",
+        };
+        value_error(argument, in_python(format!("{error}\n{}", error.remedy())))
+    })?;
     let warnings = found.written.warnings.iter().map(in_python);
     Ok(dict!(py,
         "lines": &found.written.lines,
@@ -248,25 +250,19 @@ pub(crate) fn export<'py>(
 #[pyfunction]
 pub(crate) fn import_<'py>(
     py: Python<'py>,
-    path: &Bound<'py, PyAny>,
+    file: Part,
     firmware: Option<&str>,
-    stated: &Bound<'py, PyDict>,
+    stated: Own,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (text, firmware, stated) = configuration(path, firmware, stated)?;
+    let (text, firmware, stated) = configuration(file, firmware, stated)?;
     let found = firmware.import(&text, &stated, &included);
     let found = found.and_then(|own| own.with_prints(&stated, &[]));
     let found = found.map_err(|error| input_error(&error, None))?;
     let robot = Robot::of_text(InputText::new(&found.robot.name, &found.robot_text()))?;
-    let samples = match found.samples_text() {
-        Some(text) => {
-            let name = format!("{}, readings", found.robot.name);
-            Some(samples_of_bytes(py, vec![(name, text.into_bytes())], None)?)
-        }
-        None => None,
-    };
+    let name = format!("{}, readings", found.robot.name);
     Ok(dict!(py,
         "robot": Py::new(py, robot)?,
-        "samples": samples,
+        "samples": found.samples_text().map(|text| (name, text)),
         "home": found.home,
         "bed_radius": found.bed_radius,
         "notes": &found.notes,
@@ -281,12 +277,15 @@ pub(crate) fn workspace<'py>(
     tolerance: f64,
     spacing: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    length("tolerance", tolerance)?;
-    spacing.map(|own| length("spacing", own)).transpose()?;
     let options = Resolution { tolerance, spacing };
     let found = with_cores(py, || Analysis::compute(&robot.file, &options, &mut |_| {}))?;
-    let found = found
-        .map_err(|error| value_error("robot", in_python(format!("{error}\n{}", error.remedy()))))?;
+    let found = found.map_err(|error| {
+        let argument = match error {
+            WorkspaceError::Thin { .. } | WorkspaceError::TooFine { .. } => "spacing",
+            _ => "robot",
+        };
+        value_error(argument, in_python(format!("{error}\n{}", error.remedy())))
+    })?;
     let convention = robot.file.convention;
     let points = found.workspace.points.iter();
     let points = points.flat_map(|own| <[f64; 3]>::from(convention.vector(&own.position)));
@@ -295,7 +294,7 @@ pub(crate) fn workspace<'py>(
     Ok(dict!(py,
         "boundary": array(py, points, &shape)?,
         "report": loads(py, &workspace_report::to_json(&found))?,
-        "text": plain(&workspace_report::to_text(&found)),
+        "text": in_python(workspace_report::to_text(&found)),
     ))
 }
 
@@ -310,7 +309,7 @@ pub(crate) fn compare<'py>(
     let found = found.map_err(|error| input_error(&error, None))?;
     Ok(dict!(py,
         "report": loads(py, &validation::changes_json(&found))?,
-        "text": plain(&validation::changes(&found)),
+        "text": in_python(validation::changes(&found)),
     ))
 }
 

@@ -63,6 +63,8 @@ def test_arrays_have_the_bits_of_a_file(tmp_path, measured, robot):
         dc.calibrate(robot, q, x),
         dc.calibrate(robot, table),
         dc.calibrate(robot, pl.from_pandas(table)),
+        dc.calibrate(robot, pl.from_pandas(table).lazy()),
+        dc.calibrate(robot, table.astype("Float64").assign(use=1.0)),
         dc.calibrate(robot, joints, positions),
         dc.calibrate(robot, q.tolist(), positions),
         dc.calibrate(robot, pa.Table.from_pandas(table)),
@@ -212,7 +214,7 @@ def test_what_was_not_measured_is_left_out(robot, measured):
         kind = next(iter(own))
         halves = [{"q": q[:20], "x": x[:20], **{name: part if isinstance(part, str) else part[:20] for name, part in own.items()}},
                   {"q": q[20:], "x": x[20:]}]
-        found = [dc._arrays.samples(robot, given).arrays(robot)[kind] for given in ({"q": q, "x": x, **own}, halves)]
+        found = [dc._samples.samples(robot, given).arrays(robot)[kind] for given in ({"q": q, "x": x, **own}, halves)]
         np.testing.assert_array_equal(*found)
     one = with_nan.copy()
     one[5, :2] = x[5, :2]

@@ -5,6 +5,7 @@ DELTA_CAL_ARGUMENTS=write writes the tables anew.
 
 from __future__ import annotations
 
+import doctest
 import inspect
 import os
 import re
@@ -87,7 +88,9 @@ def test_the_page_has_every_argument():
     assert HEADING + text.split(HEADING)[-1] == tables()
 
 
-def test_every_example_runs(folder, robot, measured):
+@pytest.fixture
+def called(folder, robot, measured):
+    """Arguments with which each function runs, objects with its methods, and what the examples name."""
     made, q, x = measured
     robot = robot.replace(noise={"height_mm": 0.02, "distance_mm": 0.02})
     sides = {name: {"x_mm": place, "y_mm": 0, "z_mm": 0, "sigma_mm": 0.01} for name, place in (("left", -30), ("right", 30))}
@@ -114,12 +117,55 @@ def test_every_example_runs(folder, robot, measured):
     }
     objects = {"Robot": robot, "Calibration": result, "Plan": plan, "Export": dc.export(robot, "klipper"),
                "Samples": dc.read_samples("samples.csv"), "Validation": dc.validate(result.robot, plan.q, check, limit=0.2)}
+    return given, objects, names, of_targets
+
+
+def test_every_example_runs(called):
+    given, objects, names, of_targets = called
     for name, function in functions():
         owner, _, own_name = name.rpartition(".")
         for _, _, example in entries(function):
             own = eval(f"dict({example or ''})", names)  # noqa: S307
             base = {**given.get(name, {}), **(of_targets if name == "calibrate" and "target" in own else {})}
             # A robot's file, or readings of several kinds, take the place of the arrays.
-            arrays = () if isinstance(own.get("robot", robot), dc.Robot) and not isinstance(own.get("q"), list) else ("q", "x")
+            arrays = () if isinstance(own.get("robot", names["robot"]), dc.Robot) and not isinstance(own.get("q"), list) else ("q", "x")
             call = getattr(objects.get(owner, dc), own_name)
             call(**{key: value for key, value in base.items() if key not in arrays or name != "calibrate"} | own)
+
+
+# What no argument can be but that of a path, and what some cannot.
+NONE_TAKES = (object(), 1j, "\0", "\udc80")
+SOME_TAKE = (float("nan"), float("inf"), 1e300, 10**30, -1, "", [], [[1, 2], [3]], {}, {"a": 1}, {1, 2}, (None, None), np.zeros((0, 3)), np.full((2, 2), np.nan))
+
+
+def test_every_argument_that_cannot_be_used_is_named(called):
+    given, objects, *_ = called
+    unnamed = []
+    for name, function in functions():
+        owner, _, own_name = name.rpartition(".")
+        base = {**given.get(name, {}), **({"path": "file.json"} if own_name == "write" else {})}
+        base.update({"text": objects["Robot"].to_toml(), "name": "text"} if own_name == "from_toml" else {})
+        base.update({"robot": objects["Robot"]} if own_name == "arrays" else {})
+        call = getattr(objects.get(owner, dc), own_name, None)
+        known = [own for own in arguments(function) if own not in ("sections", "printer", "progress")]
+        for argument, value in ((own, value) for own in known for value in (*NONE_TAKES, *SOME_TAKE)):
+            if value is NONE_TAKES[3] and argument in ("path", "positions", "robot", "samples") or value is NONE_TAKES[2] and argument in ("name", "names"):
+                continue
+            try:
+                call(**{**base, argument: value})
+            except OSError:
+                continue
+            except (TypeError, ValueError, dc.Refused) as error:
+                if isinstance(error, dc.Refused) or re.match(rf"(\w+, )*{argument}\b[^:]*:", str(error)):
+                    continue
+                unnamed.append(f"{name}({argument}={value!r}): {error!r}")
+            else:
+                if any(value is own for own in NONE_TAKES):
+                    unnamed.append(f"{name}({argument}={value!r}) is taken")
+    assert not unnamed, "\n".join(unnamed)
+
+
+def test_the_example_of_a_docstring_is_right():
+    found = doctest.DocTestFinder(recurse=False).find(dc.Robot, "Robot")
+    runner = doctest.DocTestRunner()
+    assert sum(runner.run(own).attempted for own in found) == 3 and runner.failures == 0

@@ -202,12 +202,13 @@ def test_a_fault_names_its_argument(call, message):
     ("change", "message"),
     [
         ({"base_radius": -1}, "base_radius: -1"),
-        ({"forearm": float("nan")}, "forearm: NaN"),
+        ({"forearm": float("nan")}, "forearm: nan; a finite"),
         ({"limits": (1.57, -1.05)}, "limits: .*radians"),
         ({"limits": (-60, 90)}, "limits: .*radians"),
         ({"limits": None}, "limits: None"),
-        ({"upper_arm": "long"}, "upper_arm: a number"),
-        ({"forearm": 10}, "impossible"),
+        ({"upper_arm": "long"}, "upper_arm: str; a number"),
+        ({"forearm": 10}, "^base_radius, .*forearm: .*impossible"),
+        ({"base_radius": 1e300}, "base_radius: 1e.300; a length"),
     ],
 )
 def test_a_data_sheet_that_cannot_be(change, message):

@@ -316,10 +316,12 @@ impl Effect {
                 format!("the steps per mm are off by {percent}")
             }
             EffectKind::Gears => format!("the gear ratio is off by {percent}"),
-            EffectKind::Radius => format!(
-                "the radius is off by {percent} (base less platform {} mm)",
-                length(arm.d().xy().norm())
-            ),
+            EffectKind::Radius => {
+                let outwards = (arm.elbow(0.0) - arm.d()).xy().dot(&arm.d().xy()) >= 0.0;
+                let radius = arm.d().xy().norm() * if outwards { 1.0 } else { -1.0 };
+                let [own, is] = [significant(radius, 4), length(radius)];
+                format!("the radius (base less platform) is {is} mm, not {own} mm")
+            }
             EffectKind::Forearm => {
                 format!("the forearms are {} mm long ({percent})", length(arm.lb()))
             }

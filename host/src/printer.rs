@@ -69,9 +69,10 @@ pub fn read(
     if printer.readings.rows.is_empty() {
         return Err(printer.without_readings().into());
     }
+    let radius = radius_of(&printer);
+    printer.robot.within = printer.printed(radius);
     if printer.counts()[0] == 0 {
         // Distances say nothing of the bed.
-        let radius = radius_of(&printer);
         printer = printer.holding(&bed(HELD_OUT * radius, 2, 6));
     }
     Ok(printer)

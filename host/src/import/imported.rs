@@ -666,6 +666,15 @@ impl Imported {
         ]
     }
 
+    /// What it prints in, from the bed of this radius up to the end stops.
+    pub(crate) fn printed(&self, out: f64) -> Option<Region> {
+        let top = self.robot.robot.forward(&self.home).ok()?.z.floor();
+        (top > 0.0).then_some(Region {
+            ranges: [(-out, out), (-out, out), (0.0, top)],
+            radius: Some(out),
+        })
+    }
+
     /// The robot file's text.
     pub fn robot_text(&self) -> String {
         let mut comment = vec![
@@ -696,14 +705,7 @@ impl Imported {
         }
         comment.extend_from_slice(&self.notes);
         let mut robot = self.robot.clone();
-        let top = robot
-            .robot
-            .forward(&self.home)
-            .map_or(0.0, |at| at.z.floor());
-        robot.within = self.bed_radius.filter(|_| top > 0.0).map(|out| Region {
-            ranges: [(-out, out), (-out, out), (0.0, top)],
-            radius: Some(out),
-        });
+        robot.within = self.bed_radius.and_then(|out| self.printed(out));
         robot.to_toml(&comment.join("\n"))
     }
 

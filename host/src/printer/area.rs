@@ -6,7 +6,6 @@ use crate::export::positions::reached;
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{OF_ROBOT, RobotCovariance};
 use crate::import::Imported;
-use delta_cal::robot::Drive;
 use delta_cal::{Real, Robot, Sample};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use serde::Serialize;
@@ -27,18 +26,15 @@ const BETTER: f64 = 0.95;
 /// The printed area of a robot that states none, as a part of the towers' or the arms' radius.
 const USUAL_AREA: f64 = 0.7;
 
-/// Of the printed area, mm: as far out as rotary arms, which reach beyond their radius, touched the bed.
+/// Of the printed area, mm: if none is stated, as far out as the bed was touched at least.
 pub(super) fn radius_of(imported: &Imported) -> f64 {
     let robot = &imported.robot.robot;
     let least = robot.arms().iter().map(|arm| arm.d().xy().norm());
     let usual = USUAL_AREA * least.fold(f64::INFINITY, f64::min);
-    imported.bed_radius.unwrap_or_else(|| match robot.drive() {
-        Drive::Linear => usual,
-        Drive::Rotary => {
-            let touches = touches(imported, robot);
-            let out = touches.iter().map(|[x, y]| x.hypot(*y));
-            out.fold(usual, f64::max)
-        }
+    imported.bed_radius.unwrap_or_else(|| {
+        let touches = touches(imported, robot);
+        let out = touches.iter().map(|[x, y]| x.hypot(*y));
+        out.fold(usual, f64::max)
     })
 }
 

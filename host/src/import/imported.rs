@@ -103,12 +103,12 @@ impl Towers {
     }
 
     /// The radius and the rods as first configured: no reading of the bed determines them, so that a calibration from each
-    /// paste would let them drift.
+    /// paste would let them drift. A firmware's own calibration between two pastes moves the radius, but not the rods.
     fn first(&self, stated: &Stated) -> [f64; 4] {
         let [a, b, c] = self.rods;
         let own = [self.radius, a, b, c];
         let kept = stated.kept.filter(|[_, pasted]| {
-            let mut pairs = pasted.iter().zip(&own);
+            let mut pairs = pasted.iter().zip(&own).skip(1);
             pairs.all(|(pasted, own)| (pasted - own).abs() < PASTED)
         });
         kept.map_or(own, |[first, _]| first)
@@ -159,7 +159,7 @@ pub struct Imported {
     pub(super) one_rod: bool,
     /// The probe.
     pub probe: Probe,
-    /// The radius and the rods of towers as first configured, mm.
+    /// The radius and the rods of towers as first configured or stated, mm.
     first: [f64; 4],
     /// Whether the owner states the rods, and the radius.
     pub(crate) stated: (bool, bool),
@@ -228,7 +228,7 @@ impl Machine {
             area: (bed_radius.unwrap_or(usual), lowest),
             tolerance: tolerance.ok(),
             notes: rods_note(stated, configured).into_iter().collect(),
-            first: configured.first(stated),
+            first: [own.radius, own.rods[0], own.rods[1], own.rods[2]],
             stated: (stated.rods.is_some(), stated.radius.is_some()),
         })
     }

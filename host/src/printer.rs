@@ -70,7 +70,7 @@ pub fn read(
         return Err(printer.without_readings().into());
     }
     let radius = radius_of(&printer);
-    printer.robot.within = printer.printed(radius);
+    printer = printer.printing_within(radius);
     if printer.counts()[0] == 0 {
         // Distances say nothing of the bed.
         printer = printer.holding(&bed(HELD_OUT * radius, 2, 6));

@@ -666,13 +666,21 @@ impl Imported {
         ]
     }
 
-    /// What it prints in, from the bed of this radius up to the end stops.
-    pub(crate) fn printed(&self, out: f64) -> Option<Region> {
-        let top = self.robot.robot.forward(&self.home).ok()?.z.floor();
-        (top > 0.0).then_some(Region {
+    /// Printing from a bed of this radius up to the end stops, with carriages that go as low as that needs.
+    #[must_use]
+    pub(crate) fn printing_within(mut self, out: f64) -> Self {
+        let RobotFile { robot, limits, .. } = &mut self.robot;
+        let top = robot.forward(&self.home).map_or(0.0, |at| at.z.floor());
+        if robot.drive() == Drive::Linear {
+            let low = lowest_travel(robot, (out, 0.0)).floor();
+            let low = low.min(limits.minimum());
+            *limits = JointLimits::travel(low, limits.maximum()).unwrap_or(*limits);
+        }
+        self.robot.within = (top > 0.0).then_some(Region {
             ranges: [(-out, out), (-out, out), (0.0, top)],
             radius: Some(out),
-        })
+        });
+        self
     }
 
     /// The robot file's text.
@@ -704,8 +712,8 @@ impl Imported {
             comment.push("The bed is level at z = 0.".to_owned());
         }
         comment.extend_from_slice(&self.notes);
-        let mut robot = self.robot.clone();
-        robot.within = self.bed_radius.and_then(|out| self.printed(out));
+        let printing = self.bed_radius.map(|out| self.clone().printing_within(out));
+        let robot = &printing.as_ref().unwrap_or(self).robot;
         robot.to_toml(&comment.join("\n"))
     }
 

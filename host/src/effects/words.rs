@@ -317,10 +317,9 @@ impl Effect {
             }
             EffectKind::Gears => format!("the gear ratio is off by {percent}"),
             EffectKind::Radius => {
-                let outwards = (arm.elbow(0.0) - arm.d()).xy().dot(&arm.d().xy()) >= 0.0;
-                let radius = arm.d().xy().norm() * if outwards { 1.0 } else { -1.0 };
-                let [own, is] = [significant(radius, 4), length(radius)];
-                format!("the radius (base less platform) is {is} mm, not {own} mm")
+                let inwards = (arm.elbow(0.0) - arm.d()).xy().dot(&arm.d().xy()) < 0.0;
+                let own = if inwards { -1.0 } else { 1.0 } * arm.d().xy().norm();
+                format!("base less platform is {} mm, not {own:.1} mm", length(own))
             }
             EffectKind::Forearm => {
                 format!("the forearms are {} mm long ({percent})", length(arm.lb()))

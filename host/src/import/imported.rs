@@ -382,6 +382,21 @@ fn lowest_travel(robot: &Robot<f64>, (radius, lowest): (f64, f64)) -> f64 {
     low
 }
 
+/// A bed of this radius up to the end stops is where the robot works, with carriages that go as low as that needs.
+pub(crate) fn print_within(file: &mut RobotFile, home: &[f64; 3], out: f64) {
+    let RobotFile { robot, limits, .. } = file;
+    let top = robot.forward(home).map_or(0.0, |at| at.z.floor());
+    if robot.drive() == Drive::Linear {
+        let low = lowest_travel(robot, (out, 0.0)).floor();
+        let low = low.min(limits.minimum());
+        *limits = JointLimits::travel(low, limits.maximum()).unwrap_or(*limits);
+    }
+    file.within = (top > 0.0).then_some(Region {
+        ranges: [(-out, out), (-out, out), (0.0, top)],
+        radius: Some(out),
+    });
+}
+
 /// A note if `--rods` replaces other rods, or if the configured rods may come from an earlier calibration.
 fn rods_note(stated: &Stated, own: &Towers) -> Option<String> {
     let of = |rods: [f64; 3]| rods.map(rounded).join(", ");
@@ -666,23 +681,6 @@ impl Imported {
         ]
     }
 
-    /// Printing from a bed of this radius up to the end stops, with carriages that go as low as that needs.
-    #[must_use]
-    pub(crate) fn printing_within(mut self, out: f64) -> Self {
-        let RobotFile { robot, limits, .. } = &mut self.robot;
-        let top = robot.forward(&self.home).map_or(0.0, |at| at.z.floor());
-        if robot.drive() == Drive::Linear {
-            let low = lowest_travel(robot, (out, 0.0)).floor();
-            let low = low.min(limits.minimum());
-            *limits = JointLimits::travel(low, limits.maximum()).unwrap_or(*limits);
-        }
-        self.robot.within = (top > 0.0).then_some(Region {
-            ranges: [(-out, out), (-out, out), (0.0, top)],
-            radius: Some(out),
-        });
-        self
-    }
-
     /// The robot file's text.
     pub fn robot_text(&self) -> String {
         let mut comment = vec![
@@ -712,8 +710,10 @@ impl Imported {
             comment.push("The bed is level at z = 0.".to_owned());
         }
         comment.extend_from_slice(&self.notes);
-        let printing = self.bed_radius.map(|out| self.clone().printing_within(out));
-        let robot = &printing.as_ref().unwrap_or(self).robot;
+        let mut robot = self.robot.clone();
+        if let Some(out) = self.bed_radius {
+            print_within(&mut robot, &self.home, out);
+        }
         robot.to_toml(&comment.join("\n"))
     }
 

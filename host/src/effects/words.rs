@@ -316,11 +316,11 @@ impl Effect {
                 format!("the steps per mm are off by {percent}")
             }
             EffectKind::Gears => format!("the gear ratio is off by {percent}"),
-            EffectKind::Radius => {
-                let inwards = (arm.elbow(0.0) - arm.d()).xy().dot(&arm.d().xy()) < 0.0;
-                let own = if inwards { -1.0 } else { 1.0 } * arm.d().xy().norm();
-                format!("base less platform is {} mm, not {own:.1} mm", length(own))
-            }
+            // Either may be the larger one.
+            EffectKind::Radius => format!(
+                "the radii of base and platform differ by {} mm",
+                length(arm.d().xy().norm()).trim_start_matches('-')
+            ),
             EffectKind::Forearm => {
                 format!("the forearms are {} mm long ({percent})", length(arm.lb()))
             }

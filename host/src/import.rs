@@ -21,7 +21,7 @@ mod stated;
 use crate::files::input::{InputError, InputText};
 pub use console::touched;
 pub use imported::Imported;
-pub(crate) use imported::{OF_PROBE, SHRINKAGE, USUAL_TOWERS, lowered};
+pub(crate) use imported::{OF_PROBE, SHRINKAGE, USUAL_TOWERS, lowered, print_within};
 pub use stated::{Length, Stated, lengths, printed, shrinkage};
 use std::path::Path;
 

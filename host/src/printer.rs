@@ -12,7 +12,7 @@ mod shape;
 use crate::calibration::{CalibrateError, Refused, read_samples};
 use crate::files::input::{InputError, InputText};
 use crate::fit::Options;
-use crate::import::{Firmware, Imported, Includes, Stated, lengths, touched};
+use crate::import::{Firmware, Imported, Includes, Stated, lengths, print_within, touched};
 pub use area::{ACROSS, Better, Map, Off};
 use area::{bed, radius_of};
 pub use assess::{Printer, as_printed};
@@ -69,9 +69,10 @@ pub fn read(
     if printer.readings.rows.is_empty() {
         return Err(printer.without_readings().into());
     }
+    let radius = radius_of(&printer);
+    print_within(&mut printer.robot, &printer.home, radius);
     if printer.counts()[0] == 0 {
         // Distances say nothing of the bed.
-        let radius = radius_of(&printer);
         printer = printer.holding(&bed(HELD_OUT * radius, 2, 6));
     }
     Ok(printer)

@@ -316,9 +316,10 @@ impl Effect {
                 format!("the steps per mm are off by {percent}")
             }
             EffectKind::Gears => format!("the gear ratio is off by {percent}"),
+            // Either may be the larger one.
             EffectKind::Radius => format!(
-                "the radius is off by {percent} (base less platform {} mm)",
-                length(arm.d().xy().norm())
+                "the radii of base and platform differ by {} mm",
+                length(arm.d().xy().norm()).trim_start_matches('-')
             ),
             EffectKind::Forearm => {
                 format!("the forearms are {} mm long ({percent})", length(arm.lb()))

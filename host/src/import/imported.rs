@@ -103,12 +103,12 @@ impl Towers {
     }
 
     /// The radius and the rods as first configured: no reading of the bed determines them, so that a calibration from each
-    /// paste would let them drift.
+    /// paste would let them drift. A firmware's own calibration between two pastes moves the radius, but not the rods.
     fn first(&self, stated: &Stated) -> [f64; 4] {
         let [a, b, c] = self.rods;
         let own = [self.radius, a, b, c];
         let kept = stated.kept.filter(|[_, pasted]| {
-            let mut pairs = pasted.iter().zip(&own);
+            let mut pairs = pasted.iter().zip(&own).skip(1);
             pairs.all(|(pasted, own)| (pasted - own).abs() < PASTED)
         });
         kept.map_or(own, |[first, _]| first)
@@ -157,7 +157,7 @@ pub struct Imported {
     pub(super) one_rod: bool,
     /// The probe.
     pub probe: Probe,
-    /// The radius and the rods of towers as first configured, mm.
+    /// The radius and the rods of towers as first configured or stated, mm.
     first: [f64; 4],
     /// Whether the owner states the rods, and the radius.
     pub(crate) stated: (bool, bool),
@@ -214,7 +214,7 @@ impl Machine {
             area: (bed_radius.unwrap_or(usual), lowest),
             tolerance: tolerance.ok(),
             notes: rods_note(stated, configured).into_iter().collect(),
-            first: configured.first(stated),
+            first: [own.radius, own.rods[0], own.rods[1], own.rods[2]],
             stated: (stated.rods.is_some(), stated.radius.is_some()),
             ..Self::of(robot, own.endstops, bed_radius)
         })
@@ -376,6 +376,21 @@ fn lowest_travel(robot: &Robot<f64>, (radius, lowest): (f64, f64)) -> f64 {
         low = reached.next().into_iter().flatten().fold(low, f64::min);
     }
     low
+}
+
+/// A bed of this radius up to the end stops is where the robot works, with carriages that go as low as that needs.
+pub(crate) fn print_within(file: &mut RobotFile, home: &[f64; 3], out: f64) {
+    let RobotFile { robot, limits, .. } = file;
+    let top = robot.forward(home).map_or(0.0, |at| at.z.floor());
+    if robot.drive() == Drive::Linear {
+        let low = lowest_travel(robot, (out, 0.0)).floor();
+        let low = low.min(limits.minimum());
+        *limits = JointLimits::travel(low, limits.maximum()).unwrap_or(*limits);
+    }
+    file.within = (top > 0.0).then_some(Region {
+        ranges: [(-out, out), (-out, out), (0.0, top)],
+        radius: Some(out),
+    });
 }
 
 /// A note if `--rods` replaces other rods, or if the configured rods may come from an earlier calibration.
@@ -692,14 +707,9 @@ impl Imported {
         }
         comment.extend_from_slice(&self.notes);
         let mut robot = self.robot.clone();
-        let top = robot
-            .robot
-            .forward(&self.home)
-            .map_or(0.0, |at| at.z.floor());
-        robot.within = self.bed_radius.filter(|_| top > 0.0).map(|out| Region {
-            ranges: [(-out, out), (-out, out), (0.0, top)],
-            radius: Some(out),
-        });
+        if let Some(out) = self.bed_radius {
+            print_within(&mut robot, &self.home, out);
+        }
         robot.to_toml(&comment.join("\n"))
     }
 

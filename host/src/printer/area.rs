@@ -6,7 +6,6 @@ use crate::export::positions::reached;
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{OF_ROBOT, RobotCovariance};
 use crate::import::Imported;
-use delta_cal::robot::Drive;
 use delta_cal::{Real, Robot, Sample};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use serde::Serialize;
@@ -23,22 +22,21 @@ const UP_TO: f64 = 0.6;
 pub(super) const ON_THE_BED: f64 = 0.5;
 /// Less than this part of an error is clearly better.
 const BETTER: f64 = 0.95;
+/// The part of what a configuration seems to be off that is its own error, if it is as good as the calibration.
+const AS_GOOD: f64 = 0.5;
 
 /// The printed area of a robot that states none, as a part of the towers' or the arms' radius.
 const USUAL_AREA: f64 = 0.7;
 
-/// Of the printed area, mm: as far out as rotary arms, which reach beyond their radius, touched the bed.
+/// Of the printed area, mm: if none is stated, as far out as the bed was touched at least.
 pub(super) fn radius_of(imported: &Imported) -> f64 {
     let robot = &imported.robot.robot;
     let least = robot.arms().iter().map(|arm| arm.d().xy().norm());
     let usual = USUAL_AREA * least.fold(f64::INFINITY, f64::min);
-    imported.bed_radius.unwrap_or_else(|| match robot.drive() {
-        Drive::Linear => usual,
-        Drive::Rotary => {
-            let touches = touches(imported, robot);
-            let out = touches.iter().map(|[x, y]| x.hypot(*y));
-            out.fold(usual, f64::max)
-        }
+    imported.bed_radius.unwrap_or_else(|| {
+        let touches = touches(imported, robot);
+        let out = touches.iter().map(|[x, y]| x.hypot(*y));
+        out.fold(usual, f64::max)
     })
 }
 
@@ -138,16 +136,24 @@ impl Uncertain {
         Some(found)
     }
 
-    /// The probabilities that a controller's errors on the bed are smaller than another one's. With known errors m and
-    /// the same unknown J δ of both, the mean squares differ by
+    /// The probabilities that a controller's errors on the bed are smaller than another one's, which is a calibration with
+    /// this covariance C. With known errors m and the same unknown J δ of both, the mean squares differ by
     ///
     /// ```text
     /// ⟨|m₁|² − |m₂|²⟩ + 2 ⟨(m₁ − m₂)ᵀ J⟩ δ,   δ ~ N(0, C)
     /// ```
     ///
-    /// `None` where both know the same.
-    pub(super) fn better(&self, before: &Off, after: &Off, covariance: &RobotCovariance) -> Better {
-        let of = |axes: Vector3<f64>| {
+    /// A controller that was itself calibrated, from `other` touches, may be known no worse than C: of its m₁ the part
+    /// w = 1 − ⟨J C Jᵀ⟩/⟨|m₁|²⟩ is expected to be its own error (James and Stein), the rest that of the calibration. So C is w C
+    /// and the difference less by 2 (1 − w) ⟨|m₁ − m₂|²⟩. `None` where both know the same.
+    pub(super) fn better(
+        &self,
+        before: &Off,
+        after: &Off,
+        covariance: &RobotCovariance,
+        other: bool,
+    ) -> Better {
+        let of = |axes: Vector3<f64>, own: f64| {
             let (mut mean, mut by_parameters) = (0.0, SVector::zeros());
             for (position, jacobian) in &self.on_bed {
                 let known = |off: &Off| {
@@ -156,16 +162,26 @@ impl Uncertain {
                     own.map(|(_, off)| axes.component_mul(off))
                 };
                 if let (Some(before), Some(after)) = (known(before), known(after)) {
-                    mean += before.norm_squared() - after.norm_squared();
-                    by_parameters += jacobian.tr_mul(&(before - after)) * 2.0;
+                    let apart = before - after;
+                    mean += before.norm_squared()
+                        - after.norm_squared()
+                        - 2.0 * (1.0 - own) * apart.norm_squared();
+                    by_parameters += jacobian.tr_mul(&apart) * 2.0;
                 }
             }
-            let sigma = by_parameters.dot(&(covariance * by_parameters)).sqrt();
-            Some(Normal::new(mean, sigma).ok()?.sf(0.0))
+            let variance = own * by_parameters.dot(&(covariance * by_parameters));
+            Some(Normal::new(mean, variance.sqrt()).ok()?.sf(0.0))
+        };
+        let unknown = before.height_sigma * before.height_sigma;
+        let all = before.height * before.height;
+        let own = if other {
+            1.0 - unknown / (all - unknown)
+        } else {
+            1.0
         };
         Better {
-            height: of(Vector3::new(0.0, 0.0, 1.0)),
-            across: of(Vector3::new(1.0, 1.0, 0.0)),
+            height: of(Vector3::new(0.0, 0.0, 1.0), own.max(AS_GOOD)),
+            across: of(Vector3::new(1.0, 1.0, 0.0), 1.0),
         }
     }
 }

@@ -193,8 +193,10 @@ impl Printer {
         });
         let after = pasted.and_then(|(controller, frame)| look((&controller, frame)));
         let both = before.as_ref().zip(after.as_ref());
+        // Klipper computes a configuration from the heights that it saves with it.
+        let other = imported.readings.name != robot.name;
         let better_probability =
-            both.map(|(before, after)| uncertain.better(before, after, &covariance));
+            both.map(|(before, after)| uncertain.better(before, after, &covariance, other));
         let better_probability = better_probability.map(|own| own.of(judged));
         let agree_mm = too_few(imported).filter(|_| distances == 0);
         let better_probability = better_probability.filter(|_| agree_mm.is_none());

@@ -7,7 +7,7 @@ use crate::accuracy::uncertainty::jacobian;
 use crate::calibration::Refused;
 use crate::files::robot_file::Tool;
 use crate::files::samples_file::Reading;
-use crate::fit::solution::{OF_ROBOT, PARAMETERS};
+use crate::fit::solution::{OF_ROBOT, PARAMETERS, of_parameters};
 use crate::fit::{HEIGHTS, Options, Solution, solve};
 use crate::geometry::range;
 use crate::import::Imported;
@@ -189,46 +189,34 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
     ))
 }
 
-/// A common length with this σ is unknown, mm, and what is stated is contradicted by so many σ.
-const UNKNOWN: f64 = 20.0;
+/// What is stated is contradicted by so many σ.
 const CONTRADICTED: f64 = 3.0;
 /// Index of the rod among an arm's parameters.
 const LB: usize = 7;
 
 /// The refusal of a stated length of the rods, or radius, that the distances contradict.
-pub(crate) fn contradicted_length(imported: &Imported) -> Option<Refused> {
+pub(crate) fn contradicted_length(imported: &Imported, solution: &Solution) -> Option<Refused> {
     let [_, distances] = imported.counts();
     if distances == 0 || imported.robot.robot.drive() == Drive::Rotary {
         return None;
     }
     let (rods, radius) = imported.stated;
-    let of_rods = rods.then(|| contradicted(imported, true)).flatten();
-    let cause = of_rods.or_else(|| radius.then(|| contradicted(imported, false)).flatten())?;
+    let of = |stated, rods| contradicted(imported, solution, rods).filter(|_| stated);
     Some(Refused::new(
-        cause,
+        of(rods, true).or_else(|| of(radius, false))?,
         "Measure it again, between the joints of a rod or from the towers' axis to that of the platform's joints. If it is \
          right, the distances share an error: state --shrinkage.",
     ))
 }
 
-/// The stated mean length of the rods, or radius, and what the readings say of it if its σ is open, in words, if these
-/// contradict each other.
-fn contradicted(imported: &Imported, rods: bool) -> Option<String> {
+/// The stated mean length of the rods, or radius, and what the readings alone say of it, in words, if these contradict each
+/// other. With its variances p before and v after the readings, a change d between the two is expected to have the variance
+/// p − v, and the readings alone say a change of d p/(p − v), with the variance p v/(p − v).
+fn contradicted(imported: &Imported, solution: &Solution, rods: bool) -> Option<String> {
     let robot = &imported.robot;
-    let tolerance = robot.tolerance?;
-    let (opened, sigma, words) = if rods {
-        let words = "--rods states rods of";
-        (tolerance.with_forearm(UNKNOWN), tolerance.forearm(), words)
-    } else {
-        let words = "--radius states a radius of";
-        (tolerance.with_radius(UNKNOWN), tolerance.radius(), words)
-    };
-    let mut open = robot.clone();
-    open.tolerance = Some(opened.ok()?);
-    let found = solve(&open, &imported.readings, &Options::default()).ok()?;
     let length = |arm: &Arm<f64>| if rods { arm.lb() } else { arm.d().xy().norm() };
     let mean = |robot: &Robot<f64>| robot.arms().iter().map(length).sum::<f64>() / 3.0;
-    let [own, is] = [mean(&robot.robot), mean(&found.robot)];
+    let [own, found] = [&robot.robot, &solution.robot].map(mean);
     let mut by_parameters = SVector::<f64, PARAMETERS>::zeros();
     for (index, arm) in robot.robot.arms().iter().enumerate() {
         if rods {
@@ -238,10 +226,17 @@ fn contradicted(imported: &Imported, rods: bool) -> Option<String> {
             by_parameters.fixed_rows_mut::<2>(8 * index).copy_from(&out);
         }
     }
-    let variance = by_parameters.dot(&(found.of_parameters() * by_parameters));
-    let spread = (variance + sigma.powi(2)).sqrt();
-    ((is - own).abs() > CONTRADICTED * spread).then(|| {
-        let (own, sigma) = (rounded(own), variance.max(0.0).sqrt());
-        format!("{words} {own} mm; the distances say {is:.1} ± {sigma:.1} mm.")
+    let [before, after] = [of_parameters(&prior(robot)?), solution.of_parameters()]
+        .map(|covariance| by_parameters.dot(&(covariance * by_parameters)));
+    let learnt = before - after;
+    ((found - own).abs() > CONTRADICTED * learnt.sqrt()).then(|| {
+        let is = own + (found - own) * before / learnt;
+        let (own, sigma) = (rounded(own), (before * after / learnt).sqrt());
+        let option = if rods {
+            "--rods states rods"
+        } else {
+            "--radius states a radius"
+        };
+        format!("{option} of {own} mm; the distances say {is:.1} ± {sigma:.1} mm.")
     })
 }

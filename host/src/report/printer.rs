@@ -50,7 +50,8 @@ impl PrinterReport {
     /// # Errors
     /// Readings that no printer within the tolerance explains; a robot that its controller cannot hold.
     pub fn of(imported: &Imported, calibration: Report) -> Result<Self, CalibrateError> {
-        if let Some(refused) = bad_touch(imported).or_else(|| contradicted_length(imported)) {
+        let contradicted = || contradicted_length(imported, &calibration.solution);
+        if let Some(refused) = bad_touch(imported).or_else(contradicted) {
             return Err(refused.into());
         }
         let worst = Printer::noise(&calibration.solution);

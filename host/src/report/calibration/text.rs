@@ -191,7 +191,7 @@ pub(super) fn expected(report: &Report) -> Section {
             ),
         );
     let over = match &report.before.within {
-        Some(_) => "Over the region of [workspace].".to_owned(),
+        Some(_) => "Over the region of use.".to_owned(),
         None => format!(
             "Over all that the robot reaches: relative {} mm in the outermost tenth, {} mm in the rest. State the region of \
              use in [workspace].",

@@ -229,6 +229,7 @@ fn the_page_shows_the_bed_before_and_after() {
             ("touches", true),
             ("x and y, ", distances),
             ("as found and as left", false),
+            ("[workspace]", false),
         ] {
             assert_eq!(page.contains(words), shown, "{words}");
         }

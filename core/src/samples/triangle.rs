@@ -211,7 +211,6 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
 
     /// Exchanges entries so that those of the first `used` columns and the last stand at the front, as a triangle of `used`
     /// unknowns has them; or back, which a change of those alone leaves possible.
-    #[inline(never)] // no part of what a controller does
     pub(crate) fn pack(&mut self, used: usize, back: bool) {
         let columns = move |row| (row..used).chain([N]);
         let from = move |row, column| row * Self::COLUMNS + column - row * (row + 1) / 2;

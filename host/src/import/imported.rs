@@ -420,6 +420,15 @@ fn unevenness(readings: &Readings) -> Option<f64> {
 }
 
 impl Imported {
+    /// Whether towers have other rods or another radius than at first: an earlier calibration's lines.
+    pub(crate) fn is_pasted(&self) -> bool {
+        let [radius, rods @ ..] = self.first;
+        let mut arms = self.configured.arms().into_iter().zip(rods);
+        let differ = |one: f64, other: f64| (one - other).abs() > 1e-3;
+        self.configured.drive() == Drive::Linear
+            && arms.any(|(arm, rod)| differ(arm.lb(), rod) || differ(arm.d().xy().norm(), radius))
+    }
+
     /// With these readings in place of those of the configuration; their only plane is the bed.
     #[must_use]
     pub fn with_readings(mut self, readings: Readings) -> Self {

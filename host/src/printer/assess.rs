@@ -194,7 +194,7 @@ impl Printer {
         let after = pasted.and_then(|(controller, frame)| look((&controller, frame)));
         let both = before.as_ref().zip(after.as_ref());
         // Klipper computes a configuration from the heights that it saves with it.
-        let other = imported.readings.name != robot.name;
+        let other = imported.readings.name != robot.name && imported.is_pasted();
         let better_probability =
             both.map(|(before, after)| uncertain.better(before, after, &covariance, other));
         let better_probability = better_probability.map(|own| own.of(judged));

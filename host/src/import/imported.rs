@@ -423,7 +423,7 @@ impl Imported {
     /// Whether towers have other rods or another radius than at first: an earlier calibration's lines.
     pub(crate) fn is_pasted(&self) -> bool {
         let [radius, rods @ ..] = self.first;
-        let mut arms = self.configured.arms().into_iter().zip(rods);
+        let mut arms = self.configured.arms().iter().zip(rods);
         let differ = |one: f64, other: f64| (one - other).abs() > 1e-3;
         self.configured.drive() == Drive::Linear
             && arms.any(|(arm, rod)| differ(arm.lb(), rod) || differ(arm.d().xy().norm(), radius))

@@ -317,10 +317,12 @@ impl Effect {
             }
             EffectKind::Gears => format!("the gear ratio is off by {percent}"),
             // Either may be the larger one.
-            EffectKind::Radius => format!(
-                "the radii of base and platform differ by {} mm",
-                length(arm.d().xy().norm()).trim_start_matches('-')
-            ),
+            EffectKind::Radius => {
+                let stated = arm.d().xy().norm();
+                let found = (stated * (1.0 + by[0])).abs();
+                let [found, stated] = [found, stated].map(|own| significant(own, 4));
+                format!("the radii of base and platform differ by {found} mm, not {stated} mm")
+            }
             EffectKind::Forearm => {
                 format!("the forearms are {} mm long ({percent})", length(arm.lb()))
             }

@@ -35,7 +35,7 @@ pub(super) fn radius_of(imported: &Imported) -> f64 {
     let usual = USUAL_AREA * least.fold(f64::INFINITY, f64::min);
     imported.bed_radius.unwrap_or_else(|| {
         let touches = touches(imported, robot);
-        let out = touches.iter().map(|[x, y]| x.hypot(*y));
+        let out = touches.iter().map(|[x, y]| (x * x + y * y).sqrt());
         out.fold(usual, f64::max)
     })
 }

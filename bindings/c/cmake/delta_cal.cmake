@@ -2,7 +2,7 @@
 #
 #   set(DELTA_CAL_RUST_TARGET thumbv7em-none-eabihf)      # hard float; thumbv7em-none-eabi: soft and softfp
 #   set(DELTA_CAL_RUST_CPU cortex-m7)                     # if wanted: whatever that processor has, double precision too
-#   set(DELTA_CAL_SMALL ON)                               # if wanted: half the flash, more instructions
+#   set(DELTA_CAL_PROFILE small)                          # if wanted: half the flash, more instructions
 #   include(path/to/delta-cal/bindings/c/cmake/delta_cal.cmake)
 #   target_link_libraries(your_firmware PRIVATE delta_cal::delta_cal)
 #
@@ -24,14 +24,14 @@ find_program(DELTA_CAL_CARGO cargo HINTS "$ENV{HOME}/.cargo/bin" REQUIRED)
 if(DELTA_CAL_RUST_CPU)
   set(DELTA_CAL_BUILD "${DELTA_CAL_BUILD}/${DELTA_CAL_RUST_CPU}")
 endif()
-if(NOT DELTA_CAL_RUST_TARGET)
-  set(delta_cal_profile release)
-elseif(DELTA_CAL_SMALL)
-  set(delta_cal_profile small)
-else()
-  set(delta_cal_profile firmware)
+if(NOT DELTA_CAL_PROFILE AND DELTA_CAL_RUST_TARGET)
+  set(DELTA_CAL_PROFILE firmware)
+elseif(NOT DELTA_CAL_PROFILE)
+  set(DELTA_CAL_PROFILE release)
 endif()
-set(delta_cal_arguments --lib --package delta-cal-c --profile ${delta_cal_profile})
+set(delta_cal_arguments --lib --package delta-cal-c --profile ${DELTA_CAL_PROFILE})
+# cargo's name of the folder.
+string(REGEX REPLACE "^dev$" debug delta_cal_profile "${DELTA_CAL_PROFILE}")
 if(DELTA_CAL_RUST_TARGET)
   # An image of C holds no other Rust: it needs the panic handler, which nothing calls.
   list(APPEND delta_cal_arguments --target "${DELTA_CAL_RUST_TARGET}" --features panic-handler)

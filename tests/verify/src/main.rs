@@ -49,7 +49,7 @@ const CLIPPY: Stage = Stage {
     about: "clippy on this machine",
     commands: &[
         "cargo clippy --quiet --workspace --exclude delta-cal-python --exclude delta-cal-web* --all-targets \
-         --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
+         -- --deny warnings",
     ],
 };
 
@@ -69,15 +69,7 @@ const DOCS: Stage = Stage {
     about: "rustdoc without warnings",
     commands: &[
         "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
-         --exclude delta-cal-web* --features delta-cal/defmt,delta-cal-target-tests/linear",
-    ],
-};
-
-const LIBRARY: Stage = Stage {
-    name: "library",
-    about: "the host without its command",
-    commands: &[
-        "cargo clippy --quiet --package delta-cal-host --no-default-features --features device -- --deny warnings",
+         --exclude delta-cal-web*",
     ],
 };
 
@@ -112,7 +104,7 @@ const FIRMWARE: Stage = Stage {
 
 const C: Stage = Stage {
     name: "c",
-    about: "builds the C library, which the tests link",
+    about: "builds the C library for firmware, which the tests link",
     commands: &[
         "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
          --features panic-handler --crate-type staticlib --target-dir target/firmware",
@@ -122,14 +114,12 @@ const C: Stage = Stage {
          --crate-type staticlib --target-dir target/firmware/cortex-m7",
         "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabi \
          --features panic-handler --crate-type staticlib --target-dir target/firmware",
-        "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type staticlib,cdylib \
-         --target-dir target/firmware",
     ],
 };
 
 /// Two lists that run in parallel, each with a folder of its own, where two builds would block each other. In the second
 /// the first list's tests find their programs.
-const SIDE_BY_SIDE: [&[Stage]; 2] = [&[CLIPPY, BARE, DOCS, LIBRARY, TESTS], &[FIRMWARE, C]];
+const SIDE_BY_SIDE: [&[Stage]; 2] = [&[CLIPPY, BARE, DOCS, TESTS], &[FIRMWARE, C]];
 
 const UNITS: Stage = Stage {
     name: "units",
@@ -140,8 +130,10 @@ const UNITS: Stage = Stage {
 /// Runs only on request, and in the workflow: everything else is built with the features that it needs.
 const FEATURES: Stage = Stage {
     name: "features",
-    about: "the core with none and with each of its features; the controller for boards without a floating-point unit",
+    about: "the core with none and with each of its features; the host without its command; the controller for boards \
+            without a floating-point unit",
     commands: &[
+        "cargo check --quiet --package delta-cal-host --no-default-features --features device",
         "rustup target add thumbv7em-none-eabihf thumbv6m-none-eabi riscv32imac-unknown-none-elf",
         "cargo check --quiet --package delta-cal --target thumbv7em-none-eabihf",
         "cargo check --quiet --package delta-cal --features defmt --target thumbv7em-none-eabihf",

@@ -283,7 +283,7 @@ fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, Readings), Calib
         (None, single) => single.map(|(key, _)| (key, cause)),
     };
     if let Some((key, cause)) = fault {
-        let error = InputError::new(&robot.name, cause).at_key(&format!("[tolerance] {key}"));
+        let error = InputError::new(&robot.name, cause).at_key(format!("[tolerance] {key}"));
         return Err(error.with_remedy(ELSEWHERE).into());
     }
     let text = read(samples, &arguments.columns)?;

@@ -33,7 +33,7 @@ fn errors_in_sigma(truth: &Robot<f64>, report: &Report) -> Vec<f64> {
 }
 
 /// With forearms, upper arms, towers and angles that are made more exactly, or less, than the other parts.
-fn of_single(file: RobotFile) -> RobotFile {
+fn of_single(file: &RobotFile) -> RobotFile {
     let singles = [
         (Parameter::Lb, 0.02),
         (Parameter::LaX, 0.05),
@@ -62,7 +62,7 @@ fn promised(
 ) -> (Promise, f64) {
     let (mut promise, mut squares) = (Promise::default(), Vec::new());
     let files = twelve(noise).into_iter();
-    let files = files.map(|file| if single { of_single(file) } else { file });
+    let files = files.map(|file| if single { of_single(&file) } else { file });
     for (place, file) in files.enumerate() {
         for seed in 0..size(4, 40) {
             let seed = seed + 1000 * place as u64;

@@ -84,13 +84,12 @@ class Robot(_ByFingerprint):
             One σ of the lengths (mm) and angles (radians) of the parts as made, the prior; a dict as of ``sections`` also of
             single parameters: ``tolerance={"length_mm": 0.5, "angle_deg": 0.2, "lb_mm": 0.02}``.
         zero : float, optional
-            One σ of the joint zeros, radians, where they are less exact than the parts: ``tolerance=(0.5, 0.003), zero=0.1``.
+            One σ of the joint zeros, radians: ``tolerance=(0.5, 0.003), zero=0.1``.
         noise : (float, float), optional
             One σ of a measured coordinate (mm, or three) and of a joint angle (radians), the weights: ``noise=((0.01, 0.01,
             0.03), 3e-5)``.
         **sections : dict
-            Sections of the robot file with its keys and units, ``noise`` and ``tolerance`` among them; a key that is None is
-            removed: ``target={"x_mm": 0, "y_mm": 0, "z_mm": -40}``.
+            Sections of the robot file with its keys and units; a key that is None is removed: ``target={"x_mm": 0, "y_mm": 0, "z_mm": -40}``.
 
         Raises
         ------

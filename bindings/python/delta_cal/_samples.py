@@ -93,8 +93,8 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[dict[str, Any], Arra
     shapes = np.full((count, 3, 3), np.nan)
     for argument, column in _NUMBERS.items():
         if argument == "sigma" and argument in own and numbers(argument, own[argument]).ndim > 1:
-            read = np.stack([columns.get(name, np.full(count, np.nan)) for name in _READ[:3]], axis=-1)
-            columns[column], shapes = _covariances(own[argument], np.isnan(read))
+            positions = np.stack([columns.get(name, np.full(count, np.nan)) for name in _READ[:3]], axis=-1)
+            columns[column], shapes = _covariances(own[argument], np.isnan(positions))
         elif argument in own:
             columns[column] = _numbers(argument, own[argument], count)
     for row in np.flatnonzero(columns.get("sigma_mm", np.ones(0)) <= 0):

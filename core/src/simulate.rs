@@ -86,7 +86,6 @@ pub fn made_robot<T: Real, R: Rng + ?Sized>(
             *la_y = (x * sine + y * cosine) * part;
         }
     }
-    #[cfg(feature = "linear")]
     if tolerance.radius() > T::ZERO {
         let common = standard_normal::<T, R>(rng);
         for (values, arm) in parameters.iter_mut().zip(nominal.arms()) {
@@ -95,14 +94,10 @@ pub fn made_robot<T: Real, R: Rng + ?Sized>(
             }
         }
     }
-    #[cfg(feature = "linear")]
     if tolerance.forearm() > T::ZERO {
         let common = tolerance.forearm() * standard_normal::<T, R>(rng);
-        for (values, arm) in parameters.iter_mut().zip(nominal.arms()) {
-            let places = arm.drive().places().into_iter().zip(values);
-            for (_, value) in places.filter(|(place, _)| *place == Some(Parameter::Lb)) {
-                *value += common;
-            }
+        for [.., lb] in &mut parameters {
+            *lb += common;
         }
     }
     nominal.with_parameters(parameters)

@@ -43,7 +43,7 @@ pub fn begin<T: Number>(robot: &RobotFile, estimator: Estimator) -> Begin<T> {
     Begin {
         session: 0,
         tolerance: tolerance.map(|own| {
-            let [length, angle] = [Parameter::Lb, Parameter::Theta].map(|of| own.of(of));
+            let [length, angle] = [own.length(), own.angle()];
             (rounded(length), rounded(angle))
         }),
         joint_zero: tolerance.and_then(Tolerance::joint_zero).map(rounded),

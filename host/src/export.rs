@@ -21,7 +21,7 @@ use crate::text::{degrees, joint, rounded};
 pub use correction_table::Table;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
-use delta_cal::{ArmIndex, Robot, Tolerance};
+use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
 use error::ExportError;
 use fit::{LEAST_POSITIONS, fit};
 use geometry::{Frame, Geometry, Holds, Shape, even_azimuths, nearest_symmetric, within_half_turn};
@@ -315,7 +315,9 @@ impl Case<'_> {
             Some(tolerance) => tolerance,
             None => Tolerance::new(TOLERANCE.0, TOLERANCE.1.to_radians())
                 .and_then(|own| match drive {
-                    Drive::Linear => own.with_linear(TOWERS.0, TOWERS.1),
+                    Drive::Linear => own
+                        .with(Parameter::Zero, TOWERS.0)?
+                        .with(Parameter::Scale, TOWERS.1),
                     Drive::Rotary => Ok(own),
                 })
                 .map_err(|_| ExportError::Unreached)?,

@@ -24,7 +24,7 @@ use crate::text::{in_file_units, small};
 use delta_cal::{ArmIndex, Parameter};
 pub use judge::Precision;
 pub use others::{labelled, others};
-pub use plan::{Plan, plan, plan_for};
+pub use plan::{Plan, plan};
 pub use request::{Kind, LEAST, MOST, Order, PlanRequest, Wish, Wishes};
 pub use samples::Determined;
 pub(crate) use samples::covariance_after;

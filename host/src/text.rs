@@ -122,14 +122,55 @@ pub fn count(number: usize, singular: &str) -> String {
     format!("{number} {singular}{plural}")
 }
 
+/// The key of a parameter in an `[[arm]]` section.
+pub(crate) const fn arm_key(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::Dx => "dx_mm",
+        Parameter::Dy => "dy_mm",
+        Parameter::Dz | Parameter::Zero => "dz_mm",
+        Parameter::Theta => "theta_deg",
+        Parameter::Alpha => "alpha_deg",
+        Parameter::LaX => "la_x_mm",
+        Parameter::LaY => "la_y_mm",
+        Parameter::Lb => "lb_mm",
+        Parameter::LeanX => "lean_x_deg",
+        Parameter::LeanY => "lean_y_deg",
+        Parameter::Scale => "scale",
+    }
+}
+
+/// The key of a parameter's own σ in `[tolerance]`; an upper arm has one of its length.
+pub(crate) const fn tolerance_key(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::Zero => "zero_mm",
+        Parameter::LaX | Parameter::LaY => "la_mm",
+        other => arm_key(other),
+    }
+}
+
+/// A parameter or its σ as a robot file has it, which reads back as the same number.
+pub(crate) fn in_file(parameter: Parameter, value: f64) -> f64 {
+    match parameter.kind() {
+        ParameterKind::Length | ParameterKind::Ratio => value,
+        ParameterKind::Angle => degrees(value),
+    }
+}
+
 /// The keys of `[tolerance]` in a robot file, and their values.
 pub fn tolerance_keys(drive: Drive, own: &Tolerance<f64>) -> Vec<(&'static str, f64)> {
-    let angle = degrees(own.of(Parameter::Theta));
-    let mut keys = vec![("length_mm", own.of(Parameter::Lb)), ("angle_deg", angle)];
+    let angle = degrees(own.angle());
+    let mut keys = vec![("length_mm", own.length()), ("angle_deg", angle)];
     keys.extend(own.joint_zero().map(|zero| ("zero_deg", degrees(zero))));
+    for parameter in drive.parameters().iter().copied() {
+        let sigma = match parameter {
+            Parameter::LaY => None,
+            Parameter::Zero | Parameter::Scale => Some(own.of(parameter)),
+            _ => own.single(parameter),
+        };
+        let key = tolerance_key(parameter);
+        keys.extend(sigma.map(|sigma| (key, in_file(parameter, sigma))));
+    }
     if drive == Drive::Linear {
-        keys.push(("zero_mm", own.of(Parameter::Zero)));
-        keys.push(("scale", own.of(Parameter::Scale)));
         let common = [("radius_mm", own.radius()), ("forearm_mm", own.forearm())];
         keys.extend(common.into_iter().filter(|(_, sigma)| *sigma > 0.0));
     }
@@ -199,29 +240,26 @@ pub(crate) fn decimal_comma(text: &str) -> Option<f64> {
 
 /// "0.5 mm, 0.2°"; with linear drives "0.5 mm, 0.2°, end stops 5 mm, scale 0.001".
 pub fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
-    let length = tolerance.of(Parameter::Lb);
-    let angle = degrees(tolerance.of(Parameter::Theta));
-    match drive {
-        Drive::Rotary => match tolerance.joint_zero() {
-            Some(zero) => format!("{length} mm, {angle}°, joint zeros {}°", degrees(zero)),
-            None => format!("{length} mm, {angle}°"),
-        },
-        Drive::Linear => {
-            let (zero, scale) = (
-                tolerance.of(Parameter::Zero),
-                tolerance.of(Parameter::Scale),
-            );
-            let mut own = format!("{length} mm, {angle}°, end stops {zero} mm, scale {scale}");
-            let common = [
-                ("radius", tolerance.radius()),
-                ("forearm", tolerance.forearm()),
-            ];
-            for (what, sigma) in common.into_iter().filter(|(_, sigma)| *sigma > 0.0) {
-                let _ = write!(own, ", common {what} {sigma} mm");
-            }
-            own
-        }
+    let mut own = String::new();
+    for (key, sigma) in tolerance_keys(drive, tolerance) {
+        let name = match key {
+            "length_mm" | "angle_deg" => "",
+            "zero_deg" => "joint zeros",
+            "zero_mm" => "end stops",
+            "radius_mm" => "common radius",
+            "forearm_mm" => "common forearm",
+            other => other.trim_end_matches("_mm").trim_end_matches("_deg"),
+        };
+        let unit = match key.rsplit_once('_') {
+            Some((_, "mm")) => " mm",
+            Some(_) => "°",
+            None => "",
+        };
+        let comma = if own.is_empty() { "" } else { ", " };
+        let space = if name.is_empty() { "" } else { " " };
+        let _ = write!(own, "{comma}{name}{space}{sigma}{unit}");
     }
+    own
 }
 
 #[cfg(test)]

@@ -80,16 +80,11 @@ fn settings<T: Real>(noise: &Noise<f64>, tolerance: Option<Tolerance<f64>>) -> S
     let number = T::from_f64;
     let by_axis = noise.position_by_axis().map(number);
     let tolerance = tolerance.map(|own| {
-        let [length, angle, zero, scale] = [
-            Parameter::Lb,
-            Parameter::Theta,
-            Parameter::Zero,
-            Parameter::Scale,
-        ]
-        .map(|parameter| number(own.of(parameter)));
-        let all = Tolerance::new(length, angle).and_then(|it| {
-            it.with_linear(zero, scale)?
-                .with_radius(number(own.radius()))
+        let all = Tolerance::new(number(own.length()), number(own.angle()))
+            .and_then(|it| it.with_radius(number(own.radius())));
+        let single = Parameter::ROTARY.map(|of| (of, own.single(of)));
+        let all = single.iter().fold(all, |all, (of, sigma)| {
+            sigma.map_or(all, |sigma| all?.with(*of, number(sigma)))
         });
         let zero = own.joint_zero();
         zero.map_or(all, |own| all?.with_joint_zero(number(own)))
@@ -342,7 +337,10 @@ fn usual(kind: Kind) -> Campaign {
 
 /// Of robots with linear drives.
 fn towers(kind: Kind, poses: usize) -> Campaign {
-    let made = tolerance(0.5, 0.17).with_linear(5.0, 1e-3).unwrap();
+    let made = tolerance(0.5, 0.17).with(Parameter::Zero, 5.0);
+    let made = made
+        .and_then(|own| own.with(Parameter::Scale, 1e-3))
+        .unwrap();
     Campaign {
         kind,
         drive: Drive::Linear,

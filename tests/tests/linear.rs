@@ -19,7 +19,8 @@ use rand_pcg::Pcg32;
 
 fn tolerance() -> Tolerance<f64> {
     let own = Tolerance::new(0.5, 3e-3).unwrap();
-    own.with_linear(5.0, 1e-3).unwrap()
+    let own = own.with(Parameter::Zero, 5.0).unwrap();
+    own.with(Parameter::Scale, 1e-3).unwrap()
 }
 
 /// A robot whose lengths are up to some millimetres off.

@@ -217,11 +217,11 @@ fn noises_and_tolerances_that_are_none() {
         assert_eq!(Tolerance::new(0.1, bad), Err(SettingError::AngleTolerance));
         let tolerance = Tolerance::new(0.1, 0.1).unwrap();
         assert_eq!(
-            tolerance.with_linear(bad, 0.1),
+            tolerance.with(Parameter::Zero, bad),
             Err(SettingError::CarriageZeroTolerance)
         );
         assert_eq!(
-            tolerance.with_linear(0.1, bad),
+            tolerance.with(Parameter::Scale, bad),
             Err(SettingError::ScaleTolerance)
         );
         let noise = ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), bad, 1.0);

@@ -394,35 +394,35 @@ typedef struct dcal_robot_f32 {
 DCAL_OBJECT(dcal_robot_f32, DCAL_ROBOT_F32_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_IKM_F32_SIZE 5248
+#define DCAL_IKM_F32_SIZE 5296
 typedef struct dcal_ikm_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_IKM_F32_SIZE];
 } dcal_ikm_f32;
 DCAL_OBJECT(dcal_ikm_f32, DCAL_IKM_F32_SIZE);
 
 /** The joint calibrator: samples and solver, all 24 parameters together. */
-#define DCAL_JOINT_F32_SIZE 11920
+#define DCAL_JOINT_F32_SIZE 11968
 typedef struct dcal_joint_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_F32_SIZE];
 } dcal_joint_f32;
 DCAL_OBJECT(dcal_joint_f32, DCAL_JOINT_F32_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATE_F32_SIZE 6592
+#define DCAL_GATE_F32_SIZE 6664
 typedef struct dcal_gate_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_GATE_F32_SIZE];
 } dcal_gate_f32;
 DCAL_OBJECT(dcal_gate_f32, DCAL_GATE_F32_SIZE);
 
 /** The joint calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_JOINT_GATE_F32_SIZE 15360
+#define DCAL_JOINT_GATE_F32_SIZE 15432
 typedef struct dcal_joint_gate_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_GATE_F32_SIZE];
 } dcal_joint_gate_f32;
 DCAL_OBJECT(dcal_joint_gate_f32, DCAL_JOINT_GATE_F32_SIZE);
 
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
-#define DCAL_FKM_F32_SIZE 26256
+#define DCAL_FKM_F32_SIZE 26304
 typedef struct dcal_fkm_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F32_SIZE];
 } dcal_fkm_f32;
@@ -1298,35 +1298,35 @@ typedef struct dcal_robot_f64 {
 DCAL_OBJECT(dcal_robot_f64, DCAL_ROBOT_F64_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_IKM_F64_SIZE 10176
+#define DCAL_IKM_F64_SIZE 10272
 typedef struct dcal_ikm_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_IKM_F64_SIZE];
 } dcal_ikm_f64;
 DCAL_OBJECT(dcal_ikm_f64, DCAL_IKM_F64_SIZE);
 
 /** The joint calibrator: samples and solver, all 24 parameters together. */
-#define DCAL_JOINT_F64_SIZE 23680
+#define DCAL_JOINT_F64_SIZE 23776
 typedef struct dcal_joint_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_F64_SIZE];
 } dcal_joint_f64;
 DCAL_OBJECT(dcal_joint_f64, DCAL_JOINT_F64_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATE_F64_SIZE 12672
+#define DCAL_GATE_F64_SIZE 12816
 typedef struct dcal_gate_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_GATE_F64_SIZE];
 } dcal_gate_f64;
 DCAL_OBJECT(dcal_gate_f64, DCAL_GATE_F64_SIZE);
 
 /** The joint calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_JOINT_GATE_F64_SIZE 30208
+#define DCAL_JOINT_GATE_F64_SIZE 30352
 typedef struct dcal_joint_gate_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_GATE_F64_SIZE];
 } dcal_joint_gate_f64;
 DCAL_OBJECT(dcal_joint_gate_f64, DCAL_JOINT_GATE_F64_SIZE);
 
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
-#define DCAL_FKM_F64_SIZE 52352
+#define DCAL_FKM_F64_SIZE 52448
 typedef struct dcal_fkm_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F64_SIZE];
 } dcal_fkm_f64;

@@ -136,11 +136,11 @@ macro_rules! kinds {
 
 kinds! {
     Robot = 1, 384, 752, "A robot: three arms of eight parameters.";
-    Ikm = 2, 5248, 10176, "The per-arm calibrator: samples and solver, each arm by itself.";
-    Joint = 5, 11920, 23680, "The joint calibrator: samples and solver, all 24 parameters together.";
-    Gate = 8, 6592, 12672, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
-    JointGate = 10, 15360, 30208, "The joint calibrator behind a gate, which tests each sample before it is taken in.";
-    Fkm = 9, 26256, 52352, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
+    Ikm = 2, 5296, 10272, "The per-arm calibrator: samples and solver, each arm by itself.";
+    Joint = 5, 11968, 23776, "The joint calibrator: samples and solver, all 24 parameters together.";
+    Gate = 8, 6664, 12816, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
+    JointGate = 10, 15432, 30352, "The joint calibrator behind a gate, which tests each sample before it is taken in.";
+    Fkm = 9, 26304, 52448, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
 }
 
 /// Snapshot sizes in single and in double precision, by kind. Bytes.

@@ -60,6 +60,10 @@ def fault(text: str, place: tuple[str, int | None, str | None, str | None], arra
     """Of a message, and its file, line, excerpt and remedy; ``arrays``: their name, if not all are files."""
     file, line, excerpt, remedy = place
     in_arrays = arrays is not None and line is not None
+    if arrays is not None:
+        # What rows of the arrays name, and the robot does not.
+        argument = "target" if "target" in arrays.split(", ") else arrays
+        text = text.replace(f"{file}: rows of {arrays} name ", f"{argument}: rows name ", 1)
     if in_arrays:
         # A robot beside arrays is no file that anybody has.
         text = text.replace(f"{file}:{line}:", f"{file}: row {line}:" if file == arrays else "robot:", 1)

@@ -80,7 +80,7 @@ def calibrate(
 def calibrate_printer(
     file: File,
     samples: Sequence[File],
-    stated: dict[str, Any],
+    stated: str,
     method: str | None,
     robust: bool,
     limit: float | None,
@@ -110,7 +110,7 @@ def export(
     height: float | None,
     limit: float | None,
 ) -> dict[str, Any]: ...
-def import_(file: File, firmware: str | None, stated: dict[str, Any]) -> dict[str, Any]: ...
+def import_(file: File, firmware: str | None, stated: str) -> dict[str, Any]: ...
 def simulate(
     robot: Robot,
     first: int,

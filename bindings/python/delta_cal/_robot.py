@@ -80,16 +80,16 @@ class Robot(_ByFingerprint):
         limits : (float, float)
             Smallest and largest joint angle, radians; positive angles swing the arm towards the platform:
             ``limits=(-1.05, 1.57)``.
-        tolerance : (float, float), optional
-            One σ of the lengths (mm) and angles (radians) of the parts as made, the prior: ``tolerance=(0.5, 0.003)``.
+        tolerance : (float, float) or dict, optional
+            One σ of the lengths (mm) and angles (radians) of the parts as made, the prior; a dict as of ``sections`` also of
+            single parameters: ``tolerance={"length_mm": 0.5, "angle_deg": 0.2, "lb_mm": 0.02}``.
         zero : float, optional
-            One σ of the joint zeros, radians, where they are less exact than the parts: ``tolerance=(0.5, 0.003), zero=0.1``.
+            One σ of the joint zeros, radians: ``tolerance=(0.5, 0.003), zero=0.1``.
         noise : (float, float), optional
             One σ of a measured coordinate (mm, or three) and of a joint angle (radians), the weights: ``noise=((0.01, 0.01,
             0.03), 3e-5)``.
         **sections : dict
-            Sections of the robot file with its keys and units, ``noise`` and ``tolerance`` among them; a key that is None is
-            removed: ``target={"x_mm": 0, "y_mm": 0, "z_mm": -40}``.
+            Sections of the robot file with its keys and units; a key that is None is removed: ``target={"x_mm": 0, "y_mm": 0, "z_mm": -40}``.
 
         Raises
         ------
@@ -351,7 +351,7 @@ class Robot(_ByFingerprint):
 
     @property
     def tolerance(self) -> tuple[float, float] | None:
-        """One σ of lengths (mm) and angles (radians) as made, or None."""
+        """One σ of lengths (mm) and angles (radians) as made, or None; of single parameters ``to_dict()["tolerance"]``."""
         own: tuple[float, float] | None = self._own.stated()["tolerance"]
         return own
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,8 @@ from ._robot import Robot, Samples, samples_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from ._types import Array
 
@@ -38,6 +41,9 @@ def samples(robot: Robot, given: Any, argument: str = "samples") -> Samples:
     if frame is not None:
         if len(frame) == 0:
             raise ValueError(f"{argument}: no rows")
+        twice = [str(name) for name, count in Counter(frame.columns).items() if count > 1]
+        if twice:
+            raise ValueError(f"{argument}: column {twice[0]}: another one has the same name")
         columns = {str(name): _column(str(name), frame[name].to_numpy(), len(frame)) for name in frame.columns}
         return Samples(_native.samples_of_columns(robot._own, "samples", list(columns.items()), None))
     all_given = [given] if isinstance(given, Mapping) else given
@@ -87,7 +93,8 @@ def _table(robot: Robot, given: Mapping[str, Any]) -> tuple[dict[str, Any], Arra
     shapes = np.full((count, 3, 3), np.nan)
     for argument, column in _NUMBERS.items():
         if argument == "sigma" and argument in own and numbers(argument, own[argument]).ndim > 1:
-            columns[column], shapes = _covariances(own[argument], count)
+            positions = np.stack([columns.get(name, np.full(count, np.nan)) for name in _READ[:3]], axis=-1)
+            columns[column], shapes = _covariances(own[argument], np.isnan(positions))
         elif argument in own:
             columns[column] = _numbers(argument, own[argument], count)
     for row in np.flatnonzero(columns.get("sigma_mm", np.ones(0)) <= 0):
@@ -168,20 +175,26 @@ def _column(name: str, array: Any, count: int) -> Any:
     return _numbers(name, array, count) if array.dtype.kind == "f" else _words(name, array, count)
 
 
-def _covariances(given: Any, count: int) -> tuple[Array, Array]:
-    """σ and shape of the covariance of each row, of σ of its coordinates (n, 3) or of covariances (n, 3, 3)."""
+def _covariances(given: Any, unread: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """σ and shape of the covariance of each row, of σ of its coordinates (n, 3) or of covariances (n, 3, 3). Coordinates that
+    were not read have none, and stand for the mean of the others."""
     array = numbers("sigma", given)
     if array.ndim > 3 or array.shape[1:] not in ((3,), (3, 3)):
         raise ValueError(f"sigma: shape {array.shape}; (n,), (n, 3) or (n, 3, 3) is needed")
-    _check_count("sigma", len(array), count)
+    _check_count("sigma", len(array), len(unread))
     # A negative σ is no uncertainty.
     matrices = (array * np.abs(array))[:, :, None] * np.eye(3) if array.ndim == 2 else array
+    without = unread & ~unread.all(axis=1, keepdims=True)
+    both = without[:, :, None] | without[:, None]
+    mean = np.where(without, 0, np.diagonal(matrices, axis1=1, axis2=2)).sum(axis=1) / (3 - without.sum(axis=1))
+    matrices = np.where(both, mean[:, None, None] * np.eye(3), matrices)
     square = np.trace(matrices, axis1=1, axis2=2) / 3
     with np.errstate(all="ignore"):
         shapes = matrices / square[:, None, None]
     known = np.where(np.isfinite(shapes), shapes, 0)
     # As symmetric as rounding leaves it.
     symmetric = np.abs(known - np.swapaxes(known, 1, 2)).max(axis=(1, 2)) < 1e-9
-    for row in np.flatnonzero(~(symmetric & (square > 0) & (np.linalg.eigvalsh(known)[:, 0] > 0))):
+    stated = ~np.isnan(matrices).all(axis=(1, 2))
+    for row in np.flatnonzero(stated & ~(symmetric & (square > 0) & (np.linalg.eigvalsh(known)[:, 0] > 0))):
         raise ValueError(f"sigma: row {row} is no σ above 0 and no covariance: symmetric and positive definite")
     return np.sqrt(square), shapes

@@ -47,8 +47,8 @@ def _section(name: str, given: Any) -> str:
         raise ValueError(f"{name}: {error}") from None
 
 
-def printer(given: Mapping[str, Any]) -> dict[str, Any]:
-    """What is stated of a printer, by the names of the arguments: one length of all rods is that of three."""
+def printer(given: Mapping[str, Any]) -> str:
+    """What is stated of a printer, by the names of the arguments, as JSON: one length of all rods is that of three."""
     own: dict[str, Any] = dict.fromkeys(("rods", "radius", "rods_sigma", "radius_sigma", "printed", "shrinkage"))
     for name, value in given.items():
         if name not in own:
@@ -69,7 +69,7 @@ def printer(given: Mapping[str, Any]) -> dict[str, Any]:
         (own["shrinkage"],) = several("shrinkage", own["shrinkage"], 1, "a fraction")
         if not abs(own["shrinkage"]) <= 0.1:
             raise ValueError(f"shrinkage: {own['shrinkage']}; a fraction of up to 0.1 is needed")
-    return {**own, "printed": pairs.tolist()}
+    return json.dumps({**own, "printed": pairs.tolist()})
 
 
 def several(argument: str, given: Any, count: int, wanted: str) -> Any:

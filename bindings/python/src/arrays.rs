@@ -10,7 +10,6 @@ use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
     Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods, dtype,
 };
-use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -30,15 +29,6 @@ use std::time::Duration;
 const LOOK: Duration = Duration::from_millis(50);
 /// Rows that one core takes at once.
 const CHUNK: usize = 2048;
-
-/// Python's part of this module.
-pub(crate) fn in_numpy<'py, A: PyCallArgs<'py>>(
-    py: Python<'py>,
-    name: &str,
-    arguments: A,
-) -> PyResult<Bound<'py, PyAny>> {
-    call_python(py, "_arrays", name, arguments)
-}
 
 /// An array of this shape, for reading.
 pub(crate) fn array<'py, N: Element>(
@@ -121,7 +111,7 @@ pub(crate) fn each_row<'py, N: Element + Lane, const WIDTH: usize, K: Kernel<WID
         py.detach(|| fill(into, from));
     }
     if degrees.into_inner() {
-        in_numpy(py, "radians", (argument, rows))?;
+        call_python(py, "_arrays", "radians", (argument, rows))?;
     }
     let is_nan = |row: &[N; WIDTH]| row.iter().any(|value| (*value).into().is_nan());
     if raise && let Some(row) = into.iter().position(is_nan) {

@@ -3,7 +3,7 @@
 use crate::arrays::{array, with_cores, with_cores_telling};
 use crate::errors::{calibrate_error, in_python, input_error, words};
 use crate::files::{dict, loads};
-use crate::printer::{Own, Part, configuration, included};
+use crate::printer::{Part, configuration, included};
 use crate::robot::Robot;
 use crate::samples::Samples;
 use crate::stated::{FRAMES, METHODS, word};
@@ -113,7 +113,7 @@ pub(crate) fn calibrate_printer<'py>(
     py: Python<'py>,
     file: Part,
     samples: Vec<Part>,
-    stated: Own,
+    stated: &str,
     method: Option<&str>,
     robust: bool,
     limit: Option<f64>,

@@ -9,11 +9,12 @@ use pyo3::prelude::*;
 /// Name and bytes of a file.
 pub(crate) type Part = (String, Vec<u8>);
 
-/// A configuration, whose firmware it is, and what is stated beside it.
+/// A configuration, whose firmware it is, and what is stated beside it: arguments, which `delta_cal/_stated.py` prepares, as
+/// JSON.
 pub(crate) fn configuration(
     (name, bytes): Part,
     firmware: Option<&str>,
-    own: Own,
+    stated: &str,
 ) -> PyResult<(InputText, Firmware, Stated)> {
     let fault = |error| input_error(&error, None);
     let text = InputText::from_bytes(name, &bytes).map_err(fault)?;
@@ -24,28 +25,8 @@ pub(crate) fn configuration(
             value_error("firmware", format!("one of {names} is needed"))
         })?,
     };
-    let stated = Stated {
-        rods: own.rods,
-        radius: own.radius,
-        rods_sigma: own.rods_sigma,
-        radius_sigma: own.radius_sigma,
-        printed: own.printed,
-        shrinkage: own.shrinkage,
-        ..Stated::default()
-    };
+    let stated = serde_json::from_str(stated).map_err(|error| value_error("printer", error))?;
     Ok((text, firmware, stated))
-}
-
-/// What is stated of a printer: arguments, which `delta_cal/_stated.py` prepares.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Own {
-    rods: Option<[f64; 3]>,
-    radius: Option<f64>,
-    rods_sigma: Option<f64>,
-    radius_sigma: Option<f64>,
-    printed: Vec<[f64; 2]>,
-    shrinkage: Option<f64>,
 }
 
 /// The files that a line of a configuration includes, beside the file with the line.

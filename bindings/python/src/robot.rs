@@ -7,7 +7,7 @@ use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, margin};
 use crate::stated::{Stated, arms_of, limits_of, tolerance_of, with_transmissions};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{ArmIndex, Noise, Parameter, Robot as Geometry, SymmetricRobot};
+use delta_cal::{ArmIndex, Noise, Robot as Geometry, SymmetricRobot};
 use delta_cal_host::files::convention::{Convention, Three};
 use delta_cal_host::files::kinematics;
 use delta_cal_host::files::robot_file::Tool;
@@ -377,7 +377,7 @@ impl Robot {
         let (low, high) = (self.file.limits.minimum(), self.file.limits.maximum());
         let linear = self.file.robot.drive() == Drive::Linear;
         let tolerance = self.file.tolerance;
-        let sigmas = tolerance.map(|own| (own.of(Parameter::Lb), own.of(Parameter::Theta)));
+        let sigmas = tolerance.map(|own| (own.length(), own.angle()));
         let noise = self.file.noise;
         Ok(dict!(py,
             "drive": if linear { "linear" } else { "rotary" },

@@ -100,20 +100,16 @@ impl Samples {
             None => Ok(ColumnMapping::default()),
         };
         let mapping = mapping.map_err(|cause| value_error("columns", cause))?;
-        let mut whole: Option<InputText> = None;
-        for (name, bytes) in &parts {
+        let mut texts = parts.iter().map(|(name, bytes)| {
             let text = with_cores(py, || InputText::from_bytes(name, bytes))?;
             let text = text.map_err(|error| input_error(&error, None))?;
-            let text = text.with_columns(mapping.clone());
-            whole = Some(match whole {
-                None => text,
-                Some(joints) => text.with_beside(joints),
-            });
-        }
-        let text = whole.ok_or_else(|| value_error("samples", "no file is given"))?;
+            Ok::<_, PyErr>(text.with_columns(mapping.clone()))
+        });
+        let first = texts.next().transpose()?;
+        let first = first.ok_or_else(|| value_error("samples", "no file is given"))?;
         Ok(Self {
             columns,
-            ..Self::of_input(text)
+            ..Self::of_input(first.joined(texts.next().transpose()?))
         })
     }
 

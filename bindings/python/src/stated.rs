@@ -3,9 +3,10 @@
 use crate::errors::value_error;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, Transmission};
-use delta_cal::{Parameter, Robot as Geometry, Tolerance};
+use delta_cal::{Robot as Geometry, Tolerance};
 use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
+use delta_cal_host::files::robot_file::with_kinds;
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
@@ -44,19 +45,11 @@ pub(crate) fn tolerance_of(
         let cause = format!("σ of {length:?} mm is longer than the forearm");
         return Err(value_error("tolerance", cause));
     }
-    let new = Tolerance::new(length, angle).map_err(|error| value_error("tolerance", error))?;
-    let old = file.tolerance;
-    let kept = match (file.robot.drive(), old) {
-        (Drive::Linear, Some(old)) => new
-            .with_linear(old.of(Parameter::Zero), old.of(Parameter::Scale))
-            .and_then(|own| own.with_radius(old.radius()))
-            .and_then(|own| own.with_forearm(old.forearm())),
-        _ => match old.and_then(|own| own.joint_zero()) {
-            Some(zero) => new.with_joint_zero(zero),
-            None => Ok(new),
-        },
+    let stated = match file.tolerance {
+        Some(own) => with_kinds(&own, [length, angle], 1.0),
+        None => Tolerance::new(length, angle),
     };
-    kept.map_err(|error| value_error("tolerance", error))
+    stated.map_err(|error| value_error("tolerance", error))
 }
 
 /// The parameters of three arms, from a convention to the internal axes and back; no zero is negative.

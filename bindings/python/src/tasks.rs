@@ -4,7 +4,7 @@ use crate::arrays::{array, with_cores, with_cores_telling};
 use crate::calibration::document;
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error, words};
 use crate::files::{dict, loads};
-use crate::printer::{Own, Part, configuration, included};
+use crate::printer::{Part, configuration, included};
 use crate::robot::Robot;
 use crate::samples::Samples;
 use crate::stated::{FRAMES, METHODS, word};
@@ -15,7 +15,6 @@ use delta_cal_host::export::{Case, Settings, target as target_of};
 use delta_cal_host::halt::Steps;
 use delta_cal_host::planning::{
     self, Determined, Kind, LEAST, MOST, PlanError, PlanRequest, Planned, Region, Wishes, labelled,
-    plan_for,
 };
 use delta_cal_host::report::{plan as plan_report, validation, workspace as workspace_report};
 use delta_cal_host::validation::{Comparison, Request, check_independent};
@@ -57,6 +56,7 @@ pub(crate) fn plan<'py>(
     }
     let steps = Steps::default();
     let request = PlanRequest {
+        accuracy,
         frame: word("frame", frame, FRAMES)?,
         region,
         absolute,
@@ -68,10 +68,7 @@ pub(crate) fn plan<'py>(
     if let Some(samples) = samples {
         return added(py, &request, samples, names);
     }
-    let plan = || match accuracy {
-        Some(accuracy) => plan_for(&request, accuracy),
-        None => planning::plan(&request),
-    };
+    let plan = || planning::plan(&request);
     let found = with_cores_telling(py, progress.as_ref(), plan, || steps.counted())?;
     let mut found = found.map_err(plan_error)?;
     found.measurements = labelled(found.measurements, names, 1);
@@ -252,7 +249,7 @@ pub(crate) fn import_<'py>(
     py: Python<'py>,
     file: Part,
     firmware: Option<&str>,
-    stated: Own,
+    stated: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (text, firmware, stated) = configuration(file, firmware, stated)?;
     let found = firmware.import(&text, &stated, &included);

@@ -73,11 +73,18 @@ def test_arrays_have_the_bits_of_a_file(tmp_path, measured, robot):
         np.testing.assert_array_equal(result.covariance, of_file.covariance)
 
 
-def test_the_optimum_is_that_of_scipy(robot, measured):
-    _, q, x = measured
+@pytest.mark.parametrize(
+    ("rows", "single"),
+    [(40, {}), (9, {}), (9, {"lb_mm": 1.2, "la_mm": 0.9, "dx_mm": 0.4, "dz_mm": 2.0, "theta_deg": 1.0, "alpha_deg": 0.1})],
+)
+def test_the_optimum_is_that_of_scipy(rows, single, robot, measured):
+    _, q, x = (own[:rows] if isinstance(own, np.ndarray) else own for own in measured)
     # A joint's zero is known as well as an angle, La_y by that and the upper arm.
-    sigma = np.tile([0.5, 0.5, 0.5, 3.5e-3, 3.5e-3, 0.5, 260 * 3.5e-3, 0.5], (3, 1))
+    of_kinds = {"dx_mm": 0.5, "dy_mm": 0.5, "dz_mm": 0.5, "theta_deg": np.rad2deg(3.5e-3), "alpha_deg": np.rad2deg(3.5e-3), "la_mm": 0.5}
+    *own, theta, alpha, la, lb = {**of_kinds, "lb_mm": 0.5, **single}.values()
+    sigma = np.tile([*own, *np.deg2rad([theta, alpha]), la, 260 * 3.5e-3, lb], (3, 1))
     nominal = robot.parameters
+    robot = robot.replace(tolerance=single)
     result = dc.calibrate(robot, q, x, method="fkm")
     # Noise of the joints moves the platform: J at the robot's parameters.
     by_joints = robot.jacobian(q)
@@ -219,6 +226,20 @@ def test_what_was_not_measured_is_left_out(robot, measured):
     one = with_nan.copy()
     one[5, :2] = x[5, :2]
     assert np.isnan(dc.calibrate(robot, q, one).residuals[5]).tolist() == [False, False, True]
+    # With σ of each coordinate, or a covariance, that is masked where nothing was read: σ of the others decides.
+    of_one = np.ma.masked_array(x, np.isnan(one))
+    sigma = np.ma.masked_array(np.full((40, 3), 0.02), of_one.mask)
+    covariance = np.ma.masked_array(np.broadcast_to(4e-4 * np.eye(3), (40, 3, 3)), of_one.mask[:, :, None] | of_one.mask[:, None])
+    alike = dc.calibrate(robot, q, of_one, sigma=np.full(40, 0.02))
+    for given in (sigma, covariance):
+        result = dc.calibrate(robot, q, of_one, sigma=given)
+        np.testing.assert_allclose(result.parameters, alike.parameters, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(result.sigma, alike.sigma, rtol=1e-9)
+    doubtful = sigma.copy()
+    doubtful[5, 0] = 1e6
+    without_it = np.where(np.arange(120).reshape(40, 3) == 15, np.nan, one)
+    of_two = [dc.calibrate(robot, q, given, sigma=own) for given, own in ((of_one, doubtful), (without_it, sigma))]
+    np.testing.assert_allclose(of_two[0].sigma, of_two[1].sigma, rtol=1e-6)
 
 
 def spread(result, q, **options):
@@ -356,7 +377,14 @@ FAULTS = [
     (lambda q, x: (q, x), {"tolerance": (0, 0.1)}, "tolerance: "),
     (lambda q, x: (q, x), {"tolerance": (0.5, 0.2)}, "tolerance: .*radians"),
     (lambda q, x: (q, x), {"tolerance": (1e155, 0.1)}, "tolerance: .*forearm"),
+    (lambda q, x: (q, x), {"tolerance": {"Lb": 0.02}}, "(?s)tolerance: unknown field `Lb`.*`lb_mm`"),
+    (lambda q, x: (q, x), {"tolerance": {"lb_mm": 0.0}}, "tolerance: invalid value: 0, expected a number above 0"),
+    (lambda q, x: (q, x), {"tolerance": {"theta_deg": -0.1}}, "tolerance: invalid value: -0.1"),
+    (lambda q, x: (q, x), {"tolerance": {"la_mm": np.nan}}, "tolerance: Out of range"),
     (lambda q, x: (q, x), {"zero": 6}, "zero: .*radians"),
+    (lambda q, x: (q, x), {"target": "T"}, "^target: rows name the target T, which is not stated"),
+    (lambda q, x: (pd.DataFrame(np.hstack([q, q]), columns=["q1_rad", "q2_rad", "q3_rad"] * 2),), {}, "q: column q1_rad: another"),
+    (lambda q, x: (q, x), {"sigma": np.ma.masked_array(np.full((40, 3), 0.02), np.eye(40, 3))}, "sigma: row 0 is no σ"),
     (lambda q, x: (q, x), {"target": ["a"]}, "target: 1 rows, and q has 40"),
     (lambda q, x: (q,), {"height": 1.0, "plane": "a,b"}, "plane: row 0: a word"),
     (lambda q, x: (q,), {"height": "high"}, "height: dtype"),

@@ -105,11 +105,7 @@ impl Request {
     /// The samples in one file, or joints and positions in two.
     pub(crate) fn samples(&self, files: &Folder) -> Result<Option<InputText>, Fault> {
         let mut tables = self.tables(files)?.into_iter();
-        let (first, second) = (tables.next(), tables.next());
-        Ok(first.map(|first| match second {
-            Some(second) => second.with_beside(first),
-            None => first,
-        }))
+        Ok(tables.next().map(|first| first.joined(tables.next())))
     }
 
     pub(crate) fn inputs(&self, files: &Folder) -> Result<Inputs, Fault> {

@@ -7,7 +7,6 @@ use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::import::Imported;
 use delta_cal_host::planning::{
     LEAST, MOST, Order, PlanError, PlanRequest, Precision, Region, Wishes, labelled, others, plan,
-    plan_for,
 };
 use delta_cal_host::printer::touches_of_bed;
 use delta_cal_host::report::{json, plan as report};
@@ -105,6 +104,7 @@ fn poses(
     let within = within.map(str::parse::<Region>).transpose();
     let within = within.map_err(Fault::of_request)?;
     let wanted = PlanRequest {
+        accuracy: request.accuracy,
         frame: of.frame(),
         region: within,
         absolute: request.absolute,
@@ -126,11 +126,7 @@ fn poses(
         let rows_json = json(&rows);
         (rows, text, rows_json, None, None)
     } else {
-        let planned = match request.accuracy {
-            Some(accuracy) => plan_for(&wanted, accuracy),
-            None => plan(&wanted),
-        };
-        let mut planned = planned.map_err(impossible)?;
+        let mut planned = plan(&wanted).map_err(impossible)?;
         planned.measurements = named(planned.measurements);
         let before = planned.before.as_ref().map(expected);
         let (text, plan_json) = (report::text(&planned), report::json(&planned));

@@ -10,7 +10,7 @@ use super::starts::{Next, Starts};
 use super::step_control::StepResult;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
-use crate::robot::{ArmIndex, Parameter};
+use crate::robot::ArmIndex;
 use crate::samples::Unknowns;
 use nalgebra::SMatrix;
 
@@ -107,7 +107,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
         if let Some(tolerance) = &self.settings.tolerance
             && let Some(unit) = problem.extent().unit
         {
-            self.prior.sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / unit;
+            self.prior.sigma = T::from_f64(0.01) * tolerance.length() / unit;
         }
         self.awaits_cost = true;
         if self.settings.free_start {

@@ -97,7 +97,6 @@ impl<T: Real> Settings<T> {
         if let Some(zero) = self.tolerance.and_then(|own| own.joint_zero()) {
             fingerprint.number(zero);
         }
-        #[cfg(feature = "linear")]
         if drive == Drive::Linear {
             fingerprint.optional(self.tolerance.map(|own| [own.radius(), own.forearm()]));
         }

@@ -9,15 +9,15 @@ pub struct Tolerance<T> {
     length: T,
     angle: T,
     joint_zero: Option<T>,
-    #[cfg(feature = "linear")]
-    zero: T,
-    #[cfg(feature = "linear")]
-    scale: T,
-    #[cfg(feature = "linear")]
-    radius: T,
-    #[cfg(feature = "linear")]
-    forearm: T,
+    /// σ of single parameters by place, as all are of one drive; 0: that of its kind. Then those of common radius and
+    /// forearm.
+    own: [T; OWN],
 }
+
+/// A board without linear drives has no σ but those of kinds.
+const OWN: usize = if cfg!(feature = "linear") { 10 } else { 0 };
+const RADIUS: usize = 8;
+const FOREARM: usize = 9;
 
 /// Checks that a σ is greater than 0 and within its range.
 pub(crate) fn positive<T: Real, E>(sigma: T, error: E) -> Result<(), E> {
@@ -42,14 +42,7 @@ impl<T: Real> Tolerance<T> {
             length,
             angle,
             joint_zero: None,
-            #[cfg(feature = "linear")]
-            zero: length,
-            #[cfg(feature = "linear")]
-            scale: angle,
-            #[cfg(feature = "linear")]
-            radius: T::ZERO,
-            #[cfg(feature = "linear")]
-            forearm: T::ZERO,
+            own: [T::ZERO; OWN],
         })
     }
 
@@ -72,17 +65,44 @@ impl<T: Real> Tolerance<T> {
         self.joint_zero
     }
 
-    /// Sets σ of the carriage zeros (length), which end stops hold less accurately than machining, and of the scale of
-    /// travel (no unit).
+    /// Sets σ of one parameter of every arm, in place of that of its kind. Length, radians or no unit. With a [joint
+    /// zero](Self::with_joint_zero), that of `La_x` is σ of the upper arm's length, and that of `La_y` is not used.
+    /// State those of one drive only: others have the same [places](Parameter::index).
     ///
     /// # Errors
     /// A number that is not positive, or too small or large to be squared.
     #[cfg(feature = "linear")]
-    pub fn with_linear(mut self, zero: T, scale: T) -> Result<Self, SettingError> {
-        positive(zero, SettingError::CarriageZeroTolerance)?;
-        positive(scale, SettingError::ScaleTolerance)?;
-        (self.zero, self.scale) = (zero, scale);
+    pub fn with(mut self, parameter: Parameter, sigma: T) -> Result<Self, SettingError> {
+        let error = match (parameter, parameter.kind()) {
+            (Parameter::Zero, _) => SettingError::CarriageZeroTolerance,
+            (_, ParameterKind::Length) => SettingError::LengthTolerance,
+            (_, ParameterKind::Angle) => SettingError::AngleTolerance,
+            (_, ParameterKind::Ratio) => SettingError::ScaleTolerance,
+        };
+        positive(sigma, error)?;
+        if let Some(own) = self.own.get_mut(parameter.index()) {
+            *own = sigma;
+        }
         Ok(self)
+    }
+
+    /// The σ of a parameter that is not that of its kind, if one is stated.
+    pub fn single(&self, parameter: Parameter) -> Option<T> {
+        Some(self.at(parameter.index())).filter(|own| *own > T::ZERO)
+    }
+
+    fn at(&self, place: usize) -> T {
+        self.own.get(place).copied().unwrap_or(T::ZERO)
+    }
+
+    /// σ of lengths that have none of their own.
+    pub const fn length(&self) -> T {
+        self.length
+    }
+
+    /// σ of angles that have none of their own. Radians.
+    pub const fn angle(&self) -> T {
+        self.angle
     }
 
     /// Adds σ of the radius common to all towers (length), on top of each tower's own; 0 for none. An arm calibrated
@@ -95,14 +115,13 @@ impl<T: Real> Tolerance<T> {
         if !(radius >= T::ZERO && radius.finite()) {
             return Err(SettingError::RadiusTolerance);
         }
-        self.radius = radius;
+        self.own[RADIUS] = radius;
         Ok(self)
     }
 
     /// σ of the radius common to all towers. Length.
-    #[cfg(feature = "linear")]
-    pub const fn radius(&self) -> T {
-        self.radius
+    pub fn radius(&self) -> T {
+        self.at(RADIUS)
     }
 
     /// Adds σ of the length common to all forearms, on top of each forearm's own; 0 for none. As with the radius, an
@@ -115,52 +134,47 @@ impl<T: Real> Tolerance<T> {
         if !(forearm >= T::ZERO && forearm.finite()) {
             return Err(SettingError::ForearmTolerance);
         }
-        self.forearm = forearm;
+        self.own[FOREARM] = forearm;
         Ok(self)
     }
 
     /// σ of the length common to all forearms of linear drives. Length.
-    #[cfg(feature = "linear")]
-    pub const fn forearm(&self) -> T {
-        self.forearm
+    pub fn forearm(&self) -> T {
+        self.at(FOREARM)
     }
 
     /// Displacement of a tower's D along x and y for one σ of the common radius. Length.
-    #[cfg(feature = "linear")]
     pub fn outwards(&self, arm: &Arm<T>) -> [T; 2] {
         match arm.drive() {
-            Drive::Linear => arm.outwards().map(|part| self.radius * part),
+            Drive::Linear => arm.outwards().map(|part| self.radius() * part),
             Drive::Rotary => [T::ZERO; 2],
         }
     }
 
     /// Variance of the distance between elbow and platform, less the forearm, over robots made to the tolerance, in
     /// units of a length similar to the forearm's, which is also the lever of the angles.
-    #[cfg_attr(not(feature = "linear"), allow(unused_mut, unused_variables))]
     pub(crate) fn of_closure(&self, drive: Drive, unit: T) -> T {
-        let mut lengths = self.length.squared() * T::from_f64(6.0);
-        let mut angles = self.angle.squared() * T::TWO;
-        angles += self.joint_zero.map_or(T::ZERO, T::squared);
-        #[cfg(feature = "linear")]
+        let (mut lengths, mut angles) = (T::ZERO, self.joint_zero.map_or(T::ZERO, T::squared));
+        for parameter in drive.parameters() {
+            let sum = match parameter.kind() {
+                ParameterKind::Length => &mut lengths,
+                ParameterKind::Angle | ParameterKind::Ratio => &mut angles,
+            };
+            *sum += self.of(*parameter).squared();
+        }
         if drive == Drive::Linear {
-            lengths += self.zero.squared() + self.radius.squared() + self.forearm.squared();
-            angles += self.scale.squared();
+            lengths += self.radius().squared() + self.forearm().squared();
         }
         lengths / unit.squared() + angles
     }
 
     /// σ of a parameter, without the common radius and forearm length. Length, radians or no unit.
     pub fn of(&self, parameter: Parameter) -> T {
-        match parameter {
-            #[cfg(feature = "linear")]
-            Parameter::Zero => self.zero,
-            #[cfg(feature = "linear")]
-            Parameter::Scale => self.scale,
-            _ => match parameter.kind() {
-                ParameterKind::Length => self.length,
-                ParameterKind::Angle | ParameterKind::Ratio => self.angle,
-            },
-        }
+        let own = self.single(parameter);
+        own.unwrap_or(match parameter.kind() {
+            ParameterKind::Length => self.length,
+            ParameterKind::Angle | ParameterKind::Ratio => self.angle,
+        })
     }
 
     /// σ at each [place](Drive::places) of an arm's parameters, common radius and forearm length included; 0 at an
@@ -174,19 +188,15 @@ impl<T: Real> Tolerance<T> {
     /// σ of `La_x` and `La_y` is a first-order value at this arm.
     pub fn of_arm(&self, arm: &Arm<T>, parameter: Parameter) -> T {
         let own = self.of(parameter);
-        #[cfg(feature = "linear")]
         if arm.drive() == Drive::Linear {
             let [x, y] = self.outwards(arm);
             let common = match parameter {
                 Parameter::Dx => x,
                 Parameter::Dy => y,
-                Parameter::Lb => self.forearm,
+                Parameter::Lb => self.forearm(),
                 _ => T::ZERO,
             };
-            if common != T::ZERO {
-                return (own.squared() + common.squared()).square_root();
-            }
-            return own;
+            return (own.squared() + common.squared()).square_root();
         }
         let Some(zero) = self.joint_zero else {
             return own;
@@ -197,7 +207,7 @@ impl<T: Real> Tolerance<T> {
             Parameter::LaY => (y, x),
             _ => return own,
         };
-        let along = along / arm.upper_arm_length() * own;
+        let along = along / arm.upper_arm_length() * self.of(Parameter::LaX);
         (along.squared() + (across * zero).squared()).square_root()
     }
 }

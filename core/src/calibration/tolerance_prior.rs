@@ -24,11 +24,11 @@ const LA_Y: usize = Parameter::LaY.index();
 /// forearm](Tolerance::forearm), which correlate their positions and their forearm lengths:
 ///
 /// ```text
-/// |U δ|² = δᵀ W (I − Σ γ v vᵀ) W δ,   γ = ρ/(1 + ρ)      covariance   W⁻¹ (I + Σ ρ v vᵀ) W⁻¹
+/// |U δ|² = δᵀ W (I − Σ γ w wᵀ) W δ,   γ = 1/(1 + |w|²)      covariance   W⁻¹ (I + Σ w wᵀ) W⁻¹
 /// ```
 ///
-/// W holds 1/σ, v is the unit vector along W times the direction in which all towers move outwards, or all forearms
-/// lengthen, and ρ = 3 (common σ/own σ of a length)². No parameter is in both.
+/// W holds 1/σ, and w is W times the change of the parameters if all towers move outwards by their common σ, or all
+/// forearms lengthen by theirs. No parameter is in both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TolerancePrior<T, const N: usize> {
     weights: [T; N],
@@ -40,9 +40,9 @@ pub struct TolerancePrior<T, const N: usize> {
 #[cfg(feature = "linear")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Common<T> {
-    /// v at Dx, Dy and Lb of each tower; 0 elsewhere.
+    /// w at Dx, Dy and Lb of each tower; 0 elsewhere.
     direction: [[T; 3]; 3],
-    rho: T,
+    gamma: T,
 }
 
 impl<T: Real> TolerancePrior<T, 8> {
@@ -165,7 +165,7 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         let own = if row == column { T::ONE } else { T::ZERO };
         #[cfg(feature = "linear")]
         let own = self.common.iter().flatten().fold(own, |own, common| {
-            own - common.gamma() * common.at(row) * common.at(column)
+            own - common.gamma * common.at(row) * common.at(column)
         });
         *one * *other * own
     }
@@ -193,7 +193,7 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         weights
     }
 
-    /// v · W δ.
+    /// w · W δ.
     #[cfg(feature = "linear")]
     fn along(&self, common: &Common<T>, correction: &[T; N]) -> T {
         let mut sum = T::ZERO;
@@ -208,32 +208,25 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
 impl<T: Real> Common<T> {
     /// For the towers' radius and their forearms, if stated.
     fn of(arms: [&Arm<T>; 3], tolerance: &Tolerance<T>) -> [Option<Self>; 2] {
-        use crate::robot::{Drive, Parameter};
         let [first, ..] = arms;
-        let three = T::from_f64(3.0);
-        let part = T::ONE / three.square_root();
-        let outwards = arms.map(|arm| {
-            let [x, y] = arm.outwards();
-            [part * x, part * y, T::ZERO]
-        });
-        let longer = [[T::ZERO, T::ZERO, part]; 3];
-        let common = |direction, sigma: T| {
-            let rho = three * (sigma / tolerance.of(Parameter::Lb)).squared();
-            (first.drive() == Drive::Linear && sigma > T::ZERO).then_some(Self { direction, rho })
+        let [dx, dy, lb] = [Parameter::Dx, Parameter::Dy, Parameter::Lb].map(|of| tolerance.of(of));
+        let common = |changes: [[T; 3]; 3], sigma: T| {
+            let direction =
+                changes.map(|[x, y, z]| [sigma * x / dx, sigma * y / dy, sigma * z / lb]);
+            let squares = direction.as_flattened().iter().map(|own| own.squared());
+            let gamma = T::ONE / squares.fold(T::ONE, |sum, own| sum + own);
+            (first.drive() == Drive::Linear && sigma > T::ZERO).then_some(Self { direction, gamma })
         };
+        let outwards = arms.map(Arm::outwards).map(|[x, y]| [x, y, T::ZERO]);
+        let longer = [[T::ZERO, T::ZERO, T::ONE]; 3];
         [
             common(outwards, tolerance.radius()),
             common(longer, tolerance.forearm()),
         ]
     }
 
-    fn gamma(&self) -> T {
-        self.rho / (T::ONE + self.rho)
-    }
-
-    /// v at a parameter.
+    /// w at a parameter.
     fn at(&self, index: usize) -> T {
-        use crate::robot::Parameter;
         const LB: usize = Parameter::Lb.index();
         let [x, y, forearm] = match self.direction.get(index / OF_ARM) {
             Some(arm) => *arm,
@@ -247,16 +240,16 @@ impl<T: Real> Common<T> {
         }
     }
 
-    /// Writes the rows of σ U next to a diagonal σ W: the Cholesky factor of I − γ v vᵀ is
+    /// Writes the rows of σ U next to a diagonal σ W: the Cholesky factor of I − γ w wᵀ is
     ///
     /// ```text
-    /// Rᵢᵢ = √(tᵢ/tᵢ₋₁),   Rᵢⱼ = −γ vᵢ vⱼ/√(tᵢ tᵢ₋₁),   tᵢ = 1 − γ (v₁² + … + vᵢ²)
+    /// Rᵢᵢ = √(tᵢ/tᵢ₋₁),   Rᵢⱼ = −γ wᵢ wⱼ/√(tᵢ tᵢ₋₁),   tᵢ = 1 − γ (w₁² + … + wᵢ²)
     /// ```
     fn couple<const N: usize>(&self, rows: &mut Triangle<T, N>, weights: &[T], correction: &[T])
     where
         T: Unknowns<N>,
     {
-        let gamma = self.gamma();
+        let gamma = self.gamma;
         let mut before = T::ONE;
         for index in 0..OF_ROBOT.min(weights.len()) {
             let own = self.at(index);
@@ -337,7 +330,7 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
         });
         #[cfg(feature = "linear")]
         let own = self.common.iter().flatten().fold(own, |own, common| {
-            let less = common.gamma() * self.along(common, correction).squared();
+            let less = common.gamma * self.along(common, correction).squared();
             (own - less).larger(T::ZERO)
         });
         own
@@ -356,7 +349,7 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
         }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
-            let along = common.gamma() * self.along(common, correction);
+            let along = common.gamma * self.along(common, correction);
             for (index, (entry, weight)) in gradient.iter_mut().zip(&self.weights).enumerate() {
                 *entry -= along * common.at(index) * *weight;
             }
@@ -397,7 +390,7 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
             for (index, distance) in distances.iter_mut().enumerate() {
-                let variance = T::ONE + common.rho * common.at(index).squared();
+                let variance = T::ONE + common.at(index).squared();
                 *distance /= variance.square_root();
             }
         }
@@ -428,7 +421,7 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
                 for (index, (entry, other)) in column.iter().zip(&self.weights).enumerate() {
                     along += common.at(index) * *other * *entry;
                 }
-                *share -= common.gamma() * common.at(index) * *weight * along;
+                *share -= common.gamma * common.at(index) * *weight * along;
             }
         }
         shares

@@ -280,7 +280,6 @@ impl<T: Real> Arm<T> {
     }
 
     /// The horizontal unit vector from the base centre to D; zeros if D is above the centre.
-    #[cfg(feature = "linear")]
     pub(crate) fn outwards(&self) -> [T; 2] {
         let [x, y, ..] = self.parameters;
         let distance = (x.squared() + y.squared()).square_root();

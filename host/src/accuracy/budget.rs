@@ -18,8 +18,8 @@ use crate::fit::solution::{OF_ROBOT, Solution};
 use crate::geometry::{NUMBERS, Parallelograms};
 use crate::order;
 use crate::text::joint;
+use delta_cal::Sample;
 use delta_cal::robot::Drive;
-use delta_cal::{Parameter, Sample};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use serde::Serialize;
 
@@ -243,7 +243,7 @@ fn sigma(solution: &Solution, robot: &RobotFile, source: &str) -> Option<f64> {
             only.then(|| noise.position())
         }
         "joint readings" => Some(joint::in_file(robot.robot.drive(), noise.joint())),
-        "tolerance" => robot.tolerance.map(|own| own.of(Parameter::Lb)),
+        "tolerance" => robot.tolerance.map(|own| own.length()),
         "datum" => {
             let all: Option<Vec<_>> = robot
                 .instruments

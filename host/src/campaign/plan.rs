@@ -5,7 +5,7 @@ use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::{RobotFile, Tool};
 use crate::fit::Method;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{Noise, Parameter, Tolerance};
+use delta_cal::{Noise, Tolerance};
 use serde::{Deserialize, Serialize};
 
 const KEYS: &str = "`delta-cal simulate --example` prints a campaign file with every key; numbers have a decimal \
@@ -79,12 +79,18 @@ impl Case {
         Noise::new(self.noise_position_mm, joint).ok()
     }
 
-    /// The tolerance that a calibration with a prior assumes: the start error.
-    pub(super) fn tolerance(&self) -> Option<Tolerance<f64>> {
+    /// The tolerance that a calibration with a prior assumes: the start error, and of single parameters what the robot file
+    /// states.
+    pub(super) fn tolerance(&self, file: &RobotFile) -> Option<Tolerance<f64>> {
         let angle = self.start_error_deg.to_radians();
-        let tolerance = Tolerance::new(self.start_error_mm, angle)
+        let mut tolerance = Tolerance::new(self.start_error_mm, angle)
             .and_then(|own| own.with_radius(self.start_error_radius_mm))
             .ok()?;
+        for parameter in file.robot.drive().parameters() {
+            if let Some(own) = file.single(*parameter) {
+                tolerance = tolerance.with(*parameter, own).ok()?;
+            }
+        }
         let zero = self.start_error_zero_deg.to_radians();
         if zero > 0.0 {
             tolerance.with_joint_zero(zero).ok()
@@ -437,8 +443,8 @@ impl OneCase<'_> {
         let rotary = file.robot.drive() == Drive::Rotary;
         let zero = tolerance.joint_zero().filter(|_| rotary);
         let start = StartError {
-            length_mm: Size(tolerance.of(Parameter::Lb)),
-            angle_deg: Size(tolerance.of(Parameter::Theta).to_degrees()),
+            length_mm: Size(tolerance.length()),
+            angle_deg: Size(tolerance.angle().to_degrees()),
             zero_deg: Size(zero.unwrap_or_default().to_degrees()),
             radius_mm: Size(if rotary { 0.0 } else { tolerance.radius() }),
         };

@@ -144,7 +144,7 @@ fn of_robot(plan: &Plan, cases: &[Case], planned: &Planned, robot: u64) -> Vec<R
             if plan.robot.parallelograms.is_some() {
                 return None;
             }
-            let tolerance = case.tolerance().filter(|_| case.prior);
+            let tolerance = case.tolerance(&plan.robot).filter(|_| case.prior);
             let measured = &simulated.measured;
             bound(
                 case.method,

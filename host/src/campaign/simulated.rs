@@ -154,11 +154,12 @@ fn true_robot(plan: &Plan, case: &Case, rng: &mut Pcg32) -> Option<Robot<f64>> {
     let mut arm = |nominal: &Arm<f64>| {
         let mut parameters = nominal.parameters();
         for parameter in nominal.drive().parameters() {
-            let bound = match parameter.kind() {
+            let of_kind = match parameter.kind() {
                 ParameterKind::Length => case.start_error_mm,
                 // A leaning tower and an equal relative error of the belt move the platform by the same amount.
                 ParameterKind::Angle | ParameterKind::Ratio => case.start_error_deg.to_radians(),
             };
+            let bound = plan.robot.single(*parameter).unwrap_or(of_kind);
             parameters[parameter.index()] += bound * scatter(case.spread, rng);
         }
         let [x, y, ..] = nominal.parameters();

@@ -11,7 +11,7 @@ use delta_cal::calibration::{JointCalibrator, JointOutcome, Start};
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PrepareError,
 };
-use delta_cal::{IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings};
+use delta_cal::{IkmCalibrator, Noise, Refusal, Robot, RobotOutcome, Sample, Settings};
 use nalgebra::{SMatrix, Vector3};
 
 /// Covariance of the 24 parameters, in mm, radians and their products.
@@ -58,7 +58,7 @@ pub(super) fn calibrate(
     let nominal = &file.robot;
     let settings = Settings::default()
         .with_noise(case.noise().filter(|_| case.weights))
-        .with_tolerance(case.tolerance().filter(|_| case.prior))
+        .with_tolerance(case.tolerance(file).filter(|_| case.prior))
         .with_damping(case.solver == CampaignSolver::Lm);
     let outcome = match case.method {
         Method::Ikm => {
@@ -88,7 +88,7 @@ fn tilting(
 ) -> Result<Calibrated, Status> {
     let robot = RobotFile {
         noise: case.noise().filter(|_| case.weights),
-        tolerance: case.tolerance().filter(|_| case.prior),
+        tolerance: case.tolerance(file).filter(|_| case.prior),
         ..file.clone()
     };
     let targets = file.instruments.targets.iter();
@@ -162,7 +162,7 @@ fn fkm(
         return solve(noise);
     }
     let tolerance = settings.tolerance.as_ref();
-    let mut sigma = tolerance.map_or(FIRST_SIGMA, |own| FIRST_PART * own.of(Parameter::Lb));
+    let mut sigma = tolerance.map_or(FIRST_SIGMA, |own| FIRST_PART * own.length());
     for _ in 0..ESTIMATES {
         let noise = Noise::new(sigma, 0.0).map_err(|_| Refusal::Unfinished)?;
         match solve(noise) {

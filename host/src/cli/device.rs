@@ -13,7 +13,7 @@ use crate::device::{
 use crate::files::convention::Convention;
 use crate::files::example;
 use crate::files::robot_file::Tool;
-use crate::text::small;
+use crate::text::{small, tolerance_keys};
 use crate::{
     CalibrateError, InputError, InputText, InstrumentFacts, Method, Options, Readings, Record,
     RobotFile, calibrate, read_samples,
@@ -271,9 +271,19 @@ fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, Readings), Calib
         return Ok(example::load()?);
     };
     let robot = rotary(robot)?;
-    if robot.transmission.is_some() {
-        let cause = "a controller cannot estimate transmissions";
-        let error = InputError::new(&robot.name, cause).at_key("[tolerance] transmission_deg");
+    let stated = robot.tolerance.iter();
+    let mut stated = stated.flat_map(|own| tolerance_keys(Drive::Rotary, own));
+    let single = stated.find(|(key, _)| !["length_mm", "angle_deg", "zero_deg"].contains(key));
+    let cause = "a controller knows one tolerance of lengths and one of angles";
+    let fault = match (robot.transmission, single) {
+        (Some(_), _) => Some((
+            "transmission_deg",
+            "a controller cannot estimate transmissions",
+        )),
+        (None, single) => single.map(|(key, _)| (key, cause)),
+    };
+    if let Some((key, cause)) = fault {
+        let error = InputError::new(&robot.name, cause).at_key(format!("[tolerance] {key}"));
         return Err(error.with_remedy(ELSEWHERE).into());
     }
     let text = read(samples, &arguments.columns)?;

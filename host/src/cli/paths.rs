@@ -132,10 +132,8 @@ pub(crate) fn read_samples_texts(
     columns: &ColumnsArgument,
 ) -> Result<InputText, InputError> {
     let first = read(samples, columns)?;
-    match second {
-        None => Ok(first),
-        Some(second) => Ok(read(second, columns)?.with_beside(first)),
-    }
+    let second = second.map(|second| read(second, columns)).transpose()?;
+    Ok(first.joined(second))
 }
 
 /// The folder that a file is in.

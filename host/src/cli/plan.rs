@@ -10,7 +10,7 @@ use crate::fit::datum::Datum;
 use crate::import::{Firmware, Stated};
 use crate::planning::{
     Determined, Kind, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, labelled, others,
-    plan, plan_for,
+    plan,
 };
 use crate::printer::touches_of_bed;
 use crate::report::plan as report;
@@ -129,6 +129,7 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
     }
     let measure = arguments.measure.clone();
     let request = PlanRequest {
+        accuracy: arguments.limit,
         frame: arguments.frame.unwrap_or_default(),
         region: arguments.within,
         absolute: arguments.absolute,
@@ -162,10 +163,7 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
         return output::deliver(&[(output, &csv), (json, &json_text)], text);
     }
     let waiting = Progress::spinner("planning");
-    let planned = match arguments.limit {
-        Some(accuracy) => plan_for(&request, accuracy),
-        None => plan(&request),
-    };
+    let planned = plan(&request);
     drop(waiting);
     let mut planned = planned.map_err(|error| failure(&robot, error, json))?;
     planned.measurements = named(planned.measurements);

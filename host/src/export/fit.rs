@@ -56,16 +56,28 @@ fn unknowns(
     tolerance: &Tolerance<f64>,
     level: bool,
 ) -> Vec<(Of, f64)> {
-    let length = tolerance.of(Parameter::Lb);
-    let angle = tolerance.of(Parameter::Theta);
-    let (azimuth, height) = match start.drive {
-        Drive::Rotary => (angle, length),
+    let of = |parameter| tolerance.of(parameter);
+    let radius = of(Parameter::Dx);
+    let (azimuth, height, tilt) = match start.drive {
+        Drive::Rotary => (
+            of(Parameter::Theta),
+            of(Parameter::Dz),
+            of(Parameter::Alpha),
+        ),
         Drive::Linear => (
-            length / start.arms[0].radius.max(1.0),
-            tolerance.of(Parameter::Zero),
+            radius / start.arms[0].radius.max(1.0),
+            of(Parameter::Zero),
+            of(Parameter::LeanX),
         ),
     };
-    let sigmas = [azimuth, length, height, length, length, angle];
+    let sigmas = [
+        azimuth,
+        radius,
+        height,
+        of(Parameter::LaX),
+        of(Parameter::Lb),
+        tilt,
+    ];
     let mut free = Vec::new();
     for (index, (sigma, each)) in sigmas.into_iter().zip(holds.each()).enumerate() {
         let arms = match each {

@@ -145,11 +145,16 @@ impl InputText {
         }
     }
 
-    /// Adds a second file for the same samples: one holds the joints, the other the measurements.
+    /// Samples in one file; or the joints, and what was measured in a second file.
     #[must_use]
-    pub fn with_beside(mut self, other: Self) -> Self {
-        self.beside = Some(Box::new(other));
-        self
+    pub fn joined(self, second: Option<Self>) -> Self {
+        match second {
+            None => self,
+            Some(mut second) => {
+                second.beside = Some(Box::new(self));
+                second
+            }
+        }
     }
 
     /// The second file for the same samples.

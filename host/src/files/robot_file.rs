@@ -10,7 +10,7 @@ use crate::text::joint;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::{JointLimits, KinematicsError};
 use delta_cal::robot::{Drive, TransmissionTolerance};
-use delta_cal::{ArmIndex, Noise, Parameter, Robot, Tolerance};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, SettingError, Tolerance};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -65,22 +65,6 @@ pub(crate) const ONLY_TARGET: &str = "target";
 const STEPS: u32 = 50;
 /// The tool is there, mm.
 const THERE: f64 = 1e-9;
-
-pub(crate) const fn arm_key(parameter: Parameter) -> &'static str {
-    match parameter {
-        Parameter::Dx => "dx_mm",
-        Parameter::Dy => "dy_mm",
-        Parameter::Dz | Parameter::Zero => "dz_mm",
-        Parameter::Theta => "theta_deg",
-        Parameter::Alpha => "alpha_deg",
-        Parameter::LaX => "la_x_mm",
-        Parameter::LaY => "la_y_mm",
-        Parameter::Lb => "lb_mm",
-        Parameter::LeanX => "lean_x_deg",
-        Parameter::LeanY => "lean_y_deg",
-        Parameter::Scale => "scale",
-    }
-}
 
 /// The keys of transmission errors in an `[[arm]]` section.
 pub(crate) const TRANSMISSION_KEYS: [&str; 5] = [
@@ -196,6 +180,11 @@ impl RobotFile {
             tolerance,
             ..self.clone()
         }
+    }
+
+    /// The σ stated of a single parameter.
+    pub(crate) fn single(&self, parameter: Parameter) -> Option<f64> {
+        self.tolerance.and_then(|own| own.single(parameter))
     }
 
     /// A copy with the stated noise multiplied by `factor`.
@@ -339,17 +328,31 @@ pub(crate) type Tooled<'a> = (&'a Robot<f64>, &'a Tool);
 
 /// The tolerance with every σ multiplied by `factor`.
 pub(crate) fn scaled(tolerance: &Tolerance<f64>, factor: f64) -> Option<Tolerance<f64>> {
-    let of = |parameter| factor * tolerance.of(parameter);
-    let scaled = Tolerance::new(of(Parameter::Lb), of(Parameter::Theta));
-    let scaled = match tolerance.joint_zero() {
-        Some(zero) => scaled.and_then(|own| own.with_joint_zero(factor * zero)),
-        None => scaled,
-    };
-    scaled
-        .and_then(|own| own.with_linear(of(Parameter::Zero), of(Parameter::Scale)))
-        .and_then(|own| own.with_radius(factor * tolerance.radius()))
-        .and_then(|own| own.with_forearm(factor * tolerance.forearm()))
-        .ok()
+    let kinds = [tolerance.length(), tolerance.angle()].map(|own| factor * own);
+    with_kinds(tolerance, kinds, factor).ok()
+}
+
+/// The tolerance with these σ of lengths and angles, and every other one multiplied by `factor`.
+///
+/// # Errors
+/// σ that are not positive, or too small or large to be squared.
+pub fn with_kinds(
+    tolerance: &Tolerance<f64>,
+    [length, angle]: [f64; 2],
+    factor: f64,
+) -> Result<Tolerance<f64>, SettingError> {
+    let mut own = Tolerance::new(length, angle)?
+        .with_radius(factor * tolerance.radius())?
+        .with_forearm(factor * tolerance.forearm())?;
+    for parameter in Parameter::ROTARY {
+        if let Some(sigma) = tolerance.single(parameter) {
+            own = own.with(parameter, factor * sigma)?;
+        }
+    }
+    match tolerance.joint_zero() {
+        Some(zero) => own.with_joint_zero(factor * zero),
+        None => Ok(own),
+    }
 }
 
 /// The noise of readings other than positions, and the known positions of instruments.

@@ -11,7 +11,7 @@ use crate::geometry::{Parallelograms, Region, Shape, range, reaches_anywhere};
 use crate::text::rounded;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{Real, Robot, Tolerance};
+use delta_cal::{Parameter, Real, Robot, Tolerance};
 use nalgebra::{Rotation3, Vector3};
 
 /// Where the towers of a printer usually stand, degrees.
@@ -204,7 +204,10 @@ impl Machine {
         let robot = own.robot(name, [0.0; 3])?;
         let shift = [0, 1, 2].map(|tower| now[tower] - then[tower]);
         let tolerance = Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
-            .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
+            .and_then(|own| {
+                own.with(Parameter::Zero, TOWERS.2)?
+                    .with(Parameter::Scale, TOWERS.3)
+            })
             .and_then(|own| own.with_radius(stated.radius_sigma.unwrap_or(COMMON_RADIUS)))
             .and_then(|own| own.with_forearm(stated.rods_sigma.unwrap_or(COMMON_ROD)));
         let usual = USUAL_BED * configured.radius;

@@ -3,9 +3,11 @@
 use crate::files::columns;
 use crate::files::input::{InputError, InputText};
 use crate::files::length::Measured;
+use serde::Deserialize;
 
 /// Values that the owner states beside the configuration. Lengths in mm.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default)]
 pub struct Stated {
     /// The lengths of the rods between their joints, as made or measured.
     pub rods: Option<[f64; 3]>,

@@ -75,8 +75,8 @@ pub struct Plan {
 /// Plans measurements.
 ///
 /// # Errors
-/// An impossible number of measurements or region, instruments out of reach, or measurements that cannot determine
-/// the robot.
+/// An impossible number of measurements or region, instruments out of reach, measurements that cannot determine the
+/// robot, or an accuracy that no number of measurements reaches.
 ///
 /// ```
 /// use delta_cal_host::files::example;
@@ -89,16 +89,10 @@ pub struct Plan {
 /// # }
 /// ```
 pub fn plan(request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
-    Bench::new(request)?.plan(request.count)
-}
-
-/// The fewest measurements expected to reduce the position error to `accuracy` (mm, rms). The request's count is
-/// ignored.
-///
-/// # Errors
-/// As [`plan`], and an accuracy that no number of measurements reaches.
-pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanError> {
     let bench = Bench::new(request)?;
+    let Some(accuracy) = request.accuracy else {
+        return bench.plan(request.count);
+    };
     let (mut too_few, mut enough) = (LEAST - 1, None::<Plan>);
     let mut count = TRIED;
     loop {

@@ -25,6 +25,8 @@ pub struct PlanRequest<'a> {
     pub kinds: Wishes,
     /// The number of measurements.
     pub count: usize,
+    /// The expected position error, mm, rms, that as few measurements as possible are to reach in place of that number.
+    pub accuracy: Option<f64>,
     /// The frame of coordinates.
     pub frame: Frame,
     /// Where the platform may be, in the axes of the robot file; anywhere if `None`.
@@ -46,6 +48,7 @@ impl<'a> PlanRequest<'a> {
             robot,
             kinds,
             count,
+            accuracy: None,
             frame: Frame::Base,
             region: None,
             absolute: false,

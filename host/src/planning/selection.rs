@@ -5,7 +5,7 @@ use crate::files::robot_file::RobotFile;
 use crate::geometry::{Reach, forearm_angle, range};
 use crate::geometry::{Region, uniform};
 use delta_cal::kinematics::{JointLimits, SingularityDistance};
-use delta_cal::robot::Drive;
+use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::simulate::standard_normal;
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
 use nalgebra::{SVector, Vector3};
@@ -250,12 +250,13 @@ fn one_tolerance_off(file: &RobotFile) -> Vec<Robot<f64>> {
         return Vec::new();
     };
     let [first, ..] = file.robot.arms();
-    let length = tolerance.of(Parameter::Lb) / first.upper_arm_length();
-    let of_angles = match file.robot.drive() {
-        Drive::Rotary => Parameter::Theta,
-        Drive::Linear => Parameter::LeanX,
+    let largest = |kind| {
+        let all = file.robot.drive().parameters().iter().copied();
+        let all = all.filter(|own| own.kind() == kind && *own != Parameter::Zero);
+        all.map(|own| tolerance.of(own)).fold(0.0, f64::max)
     };
-    let angle = SIGMAS * (tolerance.of(of_angles) + length);
+    let length = largest(ParameterKind::Length) / first.upper_arm_length();
+    let angle = SIGMAS * (largest(ParameterKind::Angle) + length);
     let part = (LARGEST_DEGREES.to_radians() / angle).min(1.0);
     let larger = |index: usize| {
         let (arm, own) = (index / 8, index % 8);

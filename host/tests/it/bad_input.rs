@@ -250,6 +250,11 @@ const RADII: &str = r#"
     = 480 ⇒ = 1e300 ⇒ robot.toml:5: 1e300 is too large | in mm
     = 480 ⇒ = 99999999999999999999 ⇒ robot.toml:5: 1e20 is too large
     ⇒ [tolerance]\nlength_mm = 1e155\nangle_deg = 1 ⇒ robot.toml:11: 1e155 is too large
+    ⇒ [tolerance]\nlength_mm = 1\nangle_deg = 1\nlb_mm = 0 ⇒ robot.toml:13: invalid value: 0, expected a number above 0
+    ⇒ [tolerance]\nlength_mm = 1\nangle_deg = 1\nla_mm = -0.1 ⇒ robot.toml:13: invalid value: -0.1
+    ⇒ [tolerance]\nlength_mm = 1\nangle_deg = 1\nalpha_deg = nan ⇒ robot.toml:13: invalid value: NaN
+    ⇒ [tolerance]\nlength_mm = 1\nangle_deg = 1\nla_x_mm = 1 ⇒ robot.toml:13: unknown field `la_x_mm` | `la_mm`
+    ⇒ [tolerance]\nlb_mm = 1\nangle_deg = 1 ⇒ robot.toml:10: missing field `length_mm`
     = 480 ⇒ = 480\nazimuth_deg = [0, 120, 120] ⇒ robot.toml:1: two arms coincide
     = 30 ⇒ = -30 ⇒ robot.toml:1: the geometry is impossible: the base and platform radii
     = 480 ⇒ = 48 ⇒ robot.toml:1: the geometry is impossible: the forearms do not meet

@@ -227,6 +227,8 @@ fn refusals_change_nothing_and_say_why() {
     folder.write("touches.csv", touches);
     let gears = TOLERANCE.replace("[tolerance]", "[tolerance]\ntransmission_deg = 0.05");
     folder.write("gears.toml", format!("{NOMINAL}{gears}{NOISE}"));
+    let rods = TOLERANCE.replace("[tolerance]", "[tolerance]\nlb_mm = 0.02");
+    folder.write("single.toml", format!("{NOMINAL}{rods}{NOISE}"));
     let longer = robot().replace("upper_arm_mm = 260", "upper_arm_mm = 260.01");
     folder.write("longer.toml", longer);
     let other = NOMINAL.replace("forearm_mm = 480", "forearm_mm = 800");
@@ -239,6 +241,7 @@ fn refusals_change_nothing_and_say_why() {
         calibrate robot.toml swapped.csv ⇒ 1 ⇒ swapped.csv | y, x, z | help:
         calibrate touched.toml touches.csv ⇒ 3 ⇒ complete positions | delta-cal device apply
         calibrate gears.toml samples.csv ⇒ 3 ⇒ cannot estimate transmissions | delta-cal device apply
+        calibrate single.toml samples.csv ⇒ 3 ⇒ [tolerance] lb_mm | one of angles | delta-cal device apply
         calibrate longer.toml samples.csv ⇒ 3 ⇒ not the controller's nominal robot | parameters --nominal --output
         calibrate longer.toml samples.csv ⇒ 3 ⇒ La_x of arm 1 is 260.010 mm in the file and 260.000 mm in the controller
         apply other.toml ⇒ 3 ⇒ not the controller's robot

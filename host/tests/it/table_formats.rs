@@ -137,7 +137,7 @@ fn joined(joints: &[String], measured: &[String]) -> Result<Vec<f64>, String> {
     let robot = RobotFile::read(&InputText::new("robot.toml", NOMINAL)).unwrap();
     let plc = InputText::new("plc.csv", &(joints.join("\n") + "\n"));
     let tracker = InputText::new("tracker.csv", &(measured.join("\n") + "\n"));
-    let found = Readings::read(&tracker.with_beside(plc), &robot);
+    let found = Readings::read(&plc.joined(Some(tracker)), &robot);
     let found = found
         .map_err(|error| format!("{error} | {}", error.remedy.as_deref().unwrap_or_default()))?;
     let rows = found.rows.iter();

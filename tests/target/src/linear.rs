@@ -10,7 +10,7 @@ use delta_cal::observations::{
     ObservationRow, Plane,
 };
 use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_normal};
-use delta_cal::{Noise, Real, Robot, RobotOutcome, Sample, Tolerance};
+use delta_cal::{Noise, Parameter, Real, Robot, RobotOutcome, Sample, Tolerance};
 use heapless::Vec;
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
@@ -67,7 +67,10 @@ fn noise<T: Real>() -> Noise<T> {
 fn tolerance<T: Real>(radius: f64) -> Tolerance<T> {
     let number = T::from_f64;
     Tolerance::new(number(0.5), number(3e-3))
-        .and_then(|own| own.with_linear(number(5.0), number(1e-3)))
+        .and_then(|own| {
+            own.with(Parameter::Zero, number(5.0))?
+                .with(Parameter::Scale, number(1e-3))
+        })
         .and_then(|own| own.with_radius(number(radius)))
         .expect("the numbers are a tolerance")
 }

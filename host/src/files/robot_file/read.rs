@@ -3,13 +3,13 @@
 use super::section::{OneOrThree, Positive, Section, parse};
 use super::{
     DatumPoint, KnownPlane, MEASUREMENT, NamedPoint, ONLY_TARGET, ROD_KEYS, RobotFile,
-    TRANSMISSION_KEYS, Target, arm_key,
+    TRANSMISSION_KEYS, Target,
 };
 use crate::files::columns::Unit;
 use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
 use crate::geometry::{OF_ARM, Parallelograms, Region, Shape, reaches_anywhere};
-use crate::text::{count, joint};
+use crate::text::{arm_key, count, joint, tolerance_key};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{
@@ -192,10 +192,18 @@ impl RobotFile {
     fn read_tolerance(&mut self, file: &Section<'_>) -> Result<(), InputError> {
         let drive = self.robot.drive();
         let keys = match drive {
-            Drive::Rotary => "length_mm angle_deg zero_deg transmission_deg",
-            Drive::Linear => "length_mm angle_deg scale zero_mm radius_mm forearm_mm",
+            Drive::Rotary => "zero_deg transmission_deg",
+            Drive::Linear => "radius_mm forearm_mm",
         };
-        let keys = format!("{keys} parallelogram_mm parallelogram_deg");
+        let mut single: Vec<_> = drive
+            .parameters()
+            .iter()
+            .map(|own| tolerance_key(*own))
+            .collect();
+        single.dedup();
+        let single = single.join(" ");
+        let keys =
+            format!("length_mm angle_deg {keys} {single} parallelogram_mm parallelogram_deg");
         let Some(own) = file.section("tolerance", &keys)? else {
             return Ok(());
         };
@@ -219,22 +227,30 @@ impl RobotFile {
             None => {}
         }
         let length = own.positive("length_mm")?;
-        let stated = Tolerance::new(length, own.positive("angle_deg")?.to_radians());
+        let angle = own.positive("angle_deg")?.to_radians();
+        let mut stated = Tolerance::new(length, angle);
+        for parameter in drive.parameters().iter().copied() {
+            let key = tolerance_key(parameter);
+            let sigma = match (parameter, own.optional_positive(key)?) {
+                (Parameter::Zero, None) => length,
+                (Parameter::Scale, None) => return Err(own.missing(key)),
+                (_, None) => continue,
+                (_, Some(sigma)) if parameter.kind() == ParameterKind::Angle => sigma.to_radians(),
+                (_, Some(sigma)) => sigma,
+            };
+            stated = stated.and_then(|stated| stated.with(parameter, sigma));
+        }
         let stated = match drive {
-            Drive::Rotary => match own.optional_positive("zero_deg")? {
-                Some(zero) => stated.and_then(|stated| stated.with_joint_zero(zero.to_radians())),
-                None => {
-                    stated.and_then(|stated| stated.with_joint_zero(stated.of(Parameter::Theta)))
-                }
-            },
+            Drive::Rotary => {
+                let zero = own
+                    .optional_positive("zero_deg")?
+                    .map_or(angle, f64::to_radians);
+                stated.and_then(|stated| stated.with_joint_zero(zero))
+            }
             Drive::Linear => {
-                let zero = own.optional_positive("zero_mm")?.unwrap_or(length);
-                let scale = own.positive("scale")?;
                 let radius: f64 = own.optional("radius_mm")?.unwrap_or_default();
                 let forearm = own.optional("forearm_mm")?.unwrap_or_default();
-                stated
-                    .and_then(|stated| stated.with_linear(zero, scale))
-                    .and_then(|stated| stated.with_radius(radius)?.with_forearm(forearm))
+                stated.and_then(|stated| stated.with_radius(radius)?.with_forearm(forearm))
             }
         };
         self.tolerance = Some(stated.map_err(|error| own.fault(error.to_string()))?);

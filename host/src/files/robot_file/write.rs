@@ -1,10 +1,10 @@
 //! Writes a robot file.
 
-use super::{ONLY_TARGET, ROD_KEYS, RobotFile, TRANSMISSION_KEYS, arm_key};
+use super::{ONLY_TARGET, ROD_KEYS, RobotFile, TRANSMISSION_KEYS};
 use crate::files::columns::Unit;
 use crate::files::convention::{JOINT_UNITS, LENGTH_UNITS, Vertical};
-use crate::text::{degrees, joint, tolerance_keys};
-use delta_cal::robot::{Drive, ParameterKind};
+use crate::text::{arm_key, degrees, in_file, joint, tolerance_keys};
+use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use std::fmt::{Debug, Display, Write};
 
@@ -82,11 +82,7 @@ impl RobotFile {
             file.section("[[arm]]");
             for parameter in arm.drive().parameters().iter().copied() {
                 let value = self.convention.parameter(parameter, arm.get(parameter));
-                let value = match parameter.kind() {
-                    ParameterKind::Length | ParameterKind::Ratio => value,
-                    ParameterKind::Angle => degrees(value),
-                };
-                file.entry(arm_key(parameter), value);
+                file.entry(arm_key(parameter), in_file(parameter, value));
             }
             if let Some(transmission) = arm.transmission() {
                 let numbers = self.convention.transmission(transmission.numbers());

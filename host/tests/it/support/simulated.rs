@@ -4,7 +4,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
-use delta_cal::{ArmIndex, Noise, Robot, Tolerance};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Tolerance};
 use delta_cal_host::files::robot_file::Target;
 use delta_cal_host::geometry::{Reach, Region};
 use delta_cal_host::{InstrumentFacts, Reading, ReadingFrom, Readings, Report, RobotFile, Row};
@@ -48,7 +48,9 @@ pub(crate) fn file_of(robot: &Robot<f64>, [low, high]: [f64; 2], noise: bool) ->
     let (tolerance, limits) = match robot.drive() {
         Drive::Rotary => (tolerance, JointLimits::new(low, high)),
         Drive::Linear => (
-            tolerance.with_linear(1.0, 0.001).unwrap(),
+            (tolerance.with(Parameter::Zero, 1.0))
+                .and_then(|own| own.with(Parameter::Scale, 0.001))
+                .unwrap(),
             JointLimits::travel(low, high),
         ),
     };

@@ -160,7 +160,7 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
     let percent = 100.0 * off;
     let towers = robot.drive() == Drive::Linear;
     let (lengths, measure) = if !towers {
-        let name = imported.firmware.forearm();
+        let name = imported.firmware.words().forearm;
         let measure = format!(
             " Measure the forearms between their joints with a calliper and correct {name}."
         );
@@ -175,8 +175,12 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
             }
             None => "other rods; ".to_owned(),
         };
-        let measure = " Measure the rods between their joints with a calliper and state them: --rods 345±0.1mm.";
-        (lengths, measure.to_owned())
+        let [arm, ..] = robot.arms();
+        let rod = arm.lb();
+        let measure = format!(
+            " Measure the rods between their joints with a calliper and state them: --rods {rod:.1}±0.1mm."
+        );
+        (lengths, measure)
     };
     let (word, shrink) = if mean < 1.0 {
         let shrink = format!("; prints that shrink by {percent:.1} % (--shrinkage)");

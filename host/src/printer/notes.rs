@@ -1,6 +1,7 @@
 //! What an owner must know of readings and lines beside the figures: an offset of the probe, a common scale, a move of
 //! the end stops that may crash.
 
+use super::contradiction::unnoticed;
 use crate::effects::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
@@ -56,6 +57,7 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
         }
     }
     notes.extend(common_scale(imported));
+    notes.extend(unnoticed(imported));
     notes
 }
 

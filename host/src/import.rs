@@ -186,7 +186,7 @@ impl Firmware {
             )
         } else {
             (
-                "the file is not a configuration of a firmware that delta-cal import --help lists",
+                "the file is not a configuration of a known firmware",
                 "give printer.cfg, config.g, the output of M503, M205 or $$, Configuration.h or FluidNC's file; calibrate takes it, or a \
                  robot file, before the measurements",
             )

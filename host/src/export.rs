@@ -62,6 +62,8 @@ pub struct Settings {
     pub bed_radius: Option<f64>,
     /// With towers: the heights of the nozzle at x = y = 0 with each carriage at its end stop, mm, if they are kept.
     pub endstops: Option<[f64; 3]>,
+    /// Steps of a mm, if end stops are in steps.
+    pub steps: Option<f64>,
     /// The motion after which z is the height above the bed, if heights were measured. The fit keeps its level.
     pub level: Option<Frame>,
 }

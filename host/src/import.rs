@@ -21,7 +21,7 @@ mod stated;
 use crate::files::input::{InputError, InputText};
 pub use console::touched;
 pub use imported::Imported;
-pub(crate) use imported::{OF_PROBE, SHRINKAGE, USUAL_TOWERS, lowered, print_within};
+pub(crate) use imported::{OF_PROBE, SHRINKAGE, USUAL_TOWERS, kept, lowered, print_within};
 pub use stated::{Length, Stated, lengths, printed, shrinkage};
 use std::path::Path;
 
@@ -43,14 +43,34 @@ pub enum Firmware {
     GrblHal,
     /// Output of `M503`, or `Configuration.h`: `M665 L R H X Y Z A B C`, `M666 X Y Z` downwards from the end stop.
     Marlin,
+    /// Output of `M503`, or `config`: `M665 L R Z A B C D E H`, `M666` as Marlin's.
+    Smoothieware,
+    /// Output of `M205`.
+    Repetier,
+}
+
+/// What a firmware calls things.
+pub(crate) struct Words {
+    /// On the command line, and as the export target.
+    name: &'static str,
+    /// In sentences.
+    title: &'static str,
+    /// What states where the probe is beside the nozzle.
+    pub(crate) offset: &'static str,
+    /// The length of a rotary robot's forearms.
+    pub(crate) forearm: &'static str,
+    /// What touches the bed; empty if there is no such command.
+    pub(crate) touch: &'static str,
 }
 
 impl Firmware {
     /// All.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 7] = [
         Self::Klipper,
         Self::RepRapFirmware,
         Self::Marlin,
+        Self::Smoothieware,
+        Self::Repetier,
         Self::FluidNc,
         Self::GrblHal,
     ];
@@ -60,45 +80,63 @@ impl Firmware {
         Self::ALL.into_iter().find(|own| own.name() == name)
     }
 
-    /// Name on the command line, in sentences, what states where the probe is beside the nozzle, and the length of forearms.
-    const fn words(self) -> [&'static str; 4] {
+    /// Its words.
+    pub(crate) const fn words(self) -> Words {
         const KLIPPER: &str = "x_offset and y_offset of [probe]";
-        match self {
-            Self::Klipper => ["klipper", "Klipper", KLIPPER, "lower_arm_length"],
-            Self::RepRapFirmware => ["reprapfirmware", "RepRapFirmware", "G31 X Y", "M669 L"],
-            Self::FluidNc => ["fluidnc", "FluidNC", "M851 X Y", "linkage_mm"],
-            Self::GrblHal => ["grblhal", "grblHAL", "M851 X Y", "Forearm length"],
-            Self::Marlin => ["marlin", "Marlin", "M851 X Y", "M669 L"],
+        let [name, title, offset, forearm, touch] = match self {
+            Self::Klipper => ["klipper", "Klipper", KLIPPER, "lower_arm_length", "PROBE"],
+            Self::RepRapFirmware => [
+                "reprapfirmware",
+                "RepRapFirmware",
+                "G31 X Y",
+                "M669 L",
+                "G30 S-1",
+            ],
+            Self::Marlin => ["marlin", "Marlin", "M851 X Y", "M665 L", "G30"],
+            Self::Smoothieware => ["smoothieware", "Smoothieware", "M565 X Y", "M665 L", "G30"],
+            Self::Repetier => ["repetier", "Repetier", "EPR 800 and 804", "EPR 881", "G30"],
+            Self::FluidNc => ["fluidnc", "FluidNC", "M851 X Y", "linkage_mm", ""],
+            Self::GrblHal => ["grblhal", "grblHAL", "M851 X Y", "Forearm length", ""],
+        };
+        Words {
+            name,
+            title,
+            offset,
+            forearm,
+            touch,
         }
     }
 
     /// The name on the command line, and of the export target.
     pub const fn name(self) -> &'static str {
-        self.words()[0]
+        self.words().name
     }
 
     /// The name in sentences.
     pub const fn title(self) -> &'static str {
-        self.words()[1]
-    }
-
-    /// The option that states where the probe is beside the nozzle.
-    const fn offset_option(self) -> &'static str {
-        self.words()[2]
-    }
-
-    /// What it calls the length of a rotary robot's forearms.
-    pub(crate) const fn forearm(self) -> &'static str {
-        self.words()[3]
+        self.words().title
     }
 
     /// The firmware of a configuration, if it is evident.
     pub(crate) fn wrote(input: &InputText) -> Option<Self> {
+        let is_smoothieware = |own: &str| {
+            let code = own.split(';').next().unwrap_or_default();
+            let words = code.split_once("M665").map_or("", |own| own.1);
+            words
+                .split_whitespace()
+                .any(|own| own.starts_with(['D', 'E']))
+        };
         let lines = || input.text().lines().map(str::trim_start);
         let begins = |line: &str, starts: &[&str]| starts.iter().any(|own| line.starts_with(own));
         let any = |starts: &[&str]| lines().any(|line| begins(line, starts));
         if any(&["[printer]", "[include"]) {
             return Some(Self::Klipper);
+        }
+        if any(&["arm_solution", "arm_length", ";Max Z"]) || lines().any(is_smoothieware) {
+            return Some(Self::Smoothieware);
+        }
+        if input.text().contains("EPR:") {
+            return Some(Self::Repetier);
         }
         // A line of M503, which a log may precede with the time; the comments of a Duet may say anything.
         let answered = |line: &str| {
@@ -141,9 +179,6 @@ impl Firmware {
         if let Some(own) = Self::wrote(input) {
             return Ok(own);
         }
-        if let Some(error) = gcode::of_smoothieware(input) {
-            return Err(error);
-        }
         let (cause, remedy) = if input.text().contains("M665") {
             (
                 "M665 and M666 differ between RepRapFirmware and Marlin",
@@ -151,8 +186,8 @@ impl Firmware {
             )
         } else {
             (
-                "the file is not a configuration of Klipper, RepRapFirmware, Marlin, FluidNC or grblHAL",
-                "give printer.cfg, config.g, the output of M503 or of $$, Configuration.h or FluidNC's file; calibrate takes it, or a \
+                "the file is not a configuration of a known firmware",
+                "give printer.cfg, config.g, the output of M503, M205 or $$, Configuration.h or FluidNC's file; calibrate takes it, or a \
                  robot file, before the measurements",
             )
         };
@@ -178,14 +213,14 @@ impl Firmware {
             return Err(InputError::new(input.name(), cause).with_remedy(remedy));
         }
         let stated = &Stated {
-            kept: imported::kept(input.text()),
+            kept: kept(input.text()).or(stated.kept),
             apart: imported::apart(input.text()),
             ..stated.clone()
         };
         match self {
             Self::Klipper => klipper::import(input, stated, includes),
-            Self::RepRapFirmware | Self::Marlin => gcode::import(input, self, stated, includes),
             Self::FluidNc | Self::GrblHal => rotary::import(input, self, stated),
+            _ => gcode::import(input, self, stated, includes),
         }
     }
 }

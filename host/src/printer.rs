@@ -12,7 +12,7 @@ mod shape;
 use crate::calibration::{CalibrateError, Refused, read_samples};
 use crate::files::input::{InputError, InputText};
 use crate::fit::Options;
-use crate::import::{Firmware, Imported, Includes, Stated, lengths, print_within, touched};
+use crate::import::{Firmware, Imported, Includes, Stated, kept, lengths, print_within, touched};
 pub use area::{ACROSS, Better, Map, Off};
 use area::{bed, radius_of};
 pub use assess::{Printer, as_printed};
@@ -27,7 +27,7 @@ pub use shape::Uneven;
 const HELD_OUT: f64 = 0.9;
 
 /// A printer's configuration with its measurements: those of samples files, of a console's answers, of lengths of prints, or
-/// those that the configuration holds, and what its owner states.
+/// those that the configuration holds, and what its owner states. Lines that were pasted say what was configured at first.
 ///
 /// # Errors
 /// A configuration or samples at fault, and no measurements at all.
@@ -39,9 +39,15 @@ pub fn read(
     includes: &Includes<'_>,
     options: &Options,
 ) -> Result<Imported, CalibrateError> {
+    let remembered = samples.iter().find_map(|own| kept(own.text()));
+    let stated = &Stated {
+        kept: remembered.or(stated.kept),
+        ..stated.clone()
+    };
     let mut printer = firmware.import(text, stated, includes)?;
     let mut of_prints = Vec::new();
-    for samples in samples {
+    let pasted = |own: &InputText| kept(own.text()).is_some();
+    for samples in samples.iter().filter(|own| !pasted(own)) {
         if let Some(found) = lengths(samples)? {
             of_prints.extend(found);
         } else if let Some(touched) = touched(&printer, samples)? {
@@ -59,7 +65,7 @@ pub fn read(
             printer = printer.with_readings(readings);
         }
     }
-    if samples.is_empty()
+    if samples.iter().all(pasted)
         && printer.readings.rows.is_empty()
         && let Some(touched) = touched(&printer, text)?
     {

@@ -5,7 +5,7 @@
 const WORDS = [
   [/delta-cal plan \S+ --samples [^,;]* --count \d+/g, "Plan, with more measurements"],
   [/delta-cal import and delta-cal plan --measure plane write one to fill in/g, "plan touches of the bed, or type heights into a table"],
-  [/delta-cal plan with --count 16 writes the G30 commands/g, "the tab Plan writes the commands"],
+  [/delta-cal plan with --count 16 writes the [\w -]+? commands/g, "the tab Plan writes the commands"],
   [/the commands of delta-cal plan/g, "the commands of the tab Plan"],
   [/delta-cal import writes a robot file; plan for that, with --measure plane/g, "write a robot file under New robot, and plan heights for that"],
   [/use delta-cal import reprapfirmware or delta-cal import marlin/g, "choose the firmware under Options"],

@@ -25,7 +25,8 @@ TARGET is one of:
   b-and-r             B&R mapp Motion, Delta/3AxesDeltaA, 18 parameters
   linuxcnc            rotarydeltakins with home offsets, 6 parameters
   linuxcnc-component  deltacalkins, all 24 parameters (docs/linuxcnc.md)
-  smoothieware        rotary_delta with M206, 7 parameters
+  smoothieware        rotary_delta with M206, 7 parameters; with towers M665, 8
+  repetier            with towers: EEPROM settings, 10 parameters
   fluidnc, grblhal, ucnc, delta-x, codesys
                       four lengths, of which 3 count
   structured-text     IEC 61131-3 function block with all 24 parameters

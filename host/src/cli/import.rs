@@ -17,6 +17,8 @@ CONTROLLER, if the file does not tell it, is one of:
                     measurements that DELTA_CALIBRATE and DELTA_ANALYZE saved
   reprapfirmware    config.g or config-override.g: M665 or M669 K10, and M666
   marlin            what M503 prints: M665 and M666, or Configuration.h
+  smoothieware      what M503 prints, or config
+  repetier          what M205 prints
   fluidnc           its YAML file: parallel_delta
   grblhal           what $$ prints, or the settings by name
 

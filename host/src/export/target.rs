@@ -16,6 +16,8 @@ use std::sync::LazyLock;
 
 /// The platform radius if none is stated, mm.
 const USUAL_PLATFORM: f64 = 25.0;
+/// Steps of a mm if they are not known.
+const USUAL_STEPS: f64 = 80.0;
 /// If upper arms differ by more than this, mm, RepRapFirmware's forward and inverse kinematics differ.
 const EQUAL: f64 = 0.001;
 
@@ -355,6 +357,10 @@ impl Fitted<'_> {
             "above_mean_endstop" => mm(endstops[arm] - mean_endstop),
             // No carriage moves up from its end stop.
             "lowest_endstop" => mm(lowest_endstop),
+            "steps_above_lowest_endstop" => {
+                let steps = self.settings.steps.unwrap_or(USUAL_STEPS);
+                text(format!("{:.0}", steps * (endstops[arm] - lowest_endstop)))
+            }
             "below_endstop" => mm(lowest_endstop - endstops[arm]),
             // Of the printed area: as stated, or the largest distance of a wanted position from the z axis.
             "reach" => {

@@ -5,14 +5,14 @@
 //! Marlin           Bed X: 10.00 Y: 20.00 Z: 0.12            G33:  c:+0.36  x:+0.63  y:+0.21  z:-0.72
 //! RepRapFirmware   G1 X10 Y20, then: Stopped at height 0.032 mm          heightmap.csv
 //! Repetier         Z-probe:12.45 X:-80.00 Y:80.00           X: -80 0 80, then: y: 80 12.45 12.40 12.42
-//! Smoothieware     PROBE: X:0.0000,Y:0.0000,Z:5.2410
+//! Smoothieware     PROBE: X:0.0000,Y:0.0000,Z:5.2410          G1 X10 Y20, then: Z:5.3087
 //! FluidNC, grblHAL [PRB:10.000,20.000,-182.345:1]
 //! tables           Bed probe heights: … after the G30 P… of bed.g; Bilinear Leveling Grid: where the bed's radius is known
 //! a table          x_mm,y_mm,height_mm      of the nozzle on paper: x_mm,y_mm,paper_mm
 //! ```
 
 use super::stated::{Table, finite};
-use super::{Imported, OF_PROBE};
+use super::{Firmware, Imported, OF_PROBE};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, Readings, Row};
 use delta_cal::Real;
@@ -38,6 +38,8 @@ const WITHOUT_PLACES: [&str; 5] = [
     "\nox:",
     "\nmesh:",
 ];
+/// Touches that all are this near the centre, as a part of the rods, have their places in inches.
+const NEAR: f64 = 0.03;
 /// Places closer than this are the same, mm.
 const SAME: f64 = 0.01;
 
@@ -124,6 +126,11 @@ pub(super) fn with_touches(
             None => found.push((own, 1.0)),
         }
     }
+    let out = found.iter().map(|(own, _)| own.at[0].hypot(own.at[1]));
+    let [arm, ..] = imported.configured.arms();
+    if found.len() > 2 && out.fold(0.0, f64::max) < NEAR * arm.lb() {
+        return Err(in_inches(name, found[0].0.line));
+    }
     let heights = found.iter().map(|(own, _)| own.at[2]);
     let mean = heights.sum::<f64>() / found.len() as f64;
     let [beside_x, beside_y] = imported.probe.offset.unwrap_or_default();
@@ -164,10 +171,18 @@ pub(super) fn with_touches(
         imported.notes.push(format!(
             "{name} names where the probe touched, and the configuration does not state where the probe is beside the \
              nozzle: it is taken to be below it. If it is not, add {}: 25 mm may change the bed by 0.05 mm.",
-            imported.firmware.offset_option()
+            imported.firmware.words().offset
         ));
     }
     Ok(imported)
+}
+
+fn in_inches(name: &str, line: u64) -> InputError {
+    InputError::new(name, "the touches are in inches")
+        .at_line(line)
+        .with_remedy(
+            "send G21 (grblHAL: $13=0), touch again, and give that answer; tables are in mm",
+        )
 }
 
 /// The touches that a console answered, line by line in lower case.
@@ -175,6 +190,7 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
     let mut touches = Vec::new();
     let mut commanded = [None; 2];
     let mut of_g33 = Vec::new();
+    let of_smoothieware = imported.firmware == Firmware::Smoothieware;
     let mut lines: Vec<_> = (1..).zip(content.lines()).collect();
     if is_newest_first(content) {
         lines.reverse();
@@ -187,6 +203,9 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
             return Err(InputError::new(text.name(), "a height has a decimal comma")
                 .at_line(line)
                 .with_remedy("write all decimals with a point"));
+        }
+        if own.split([' ', '\t', ';']).any(|word| word == "g20") {
+            return Err(in_inches(text.name(), line));
         }
         let mut add = |named, x: Option<f64>, y: Option<f64>, z: Option<f64>| {
             if let (Some(x), Some(y), Some(z)) = (x, y, z) {
@@ -206,13 +225,37 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
         } else if let Some(rest) = after("bed x:") {
             add(Named::Probe, first(rest), number("y:"), number("z:"));
         } else if let Some(rest) = after("z-probe:") {
-            add(Named::Nozzle, number("x:"), number("y:"), first(rest));
-        } else if own.contains("probe: x:") {
-            add(Named::Nozzle, number("x:"), number("y:"), number("z:"));
+            // It states how far down the probe went.
+            add(
+                Named::Nozzle,
+                number("x:"),
+                number("y:"),
+                first(rest).map(|own| -own),
+            );
+        } else if let Some(rest) = after("probe: x").or(after("debug: x")) {
+            // The grid names the place of the probe. Colons are written or not.
+            let named = if own.contains("debug:") {
+                Named::Probe
+            } else {
+                Named::Nozzle
+            };
+            let [x, y, z] = three(&rest.replace(['y', 'z', ':'], ""));
+            add(named, x, y, z);
         } else if let Some((place, _)) = after("[prb:").and_then(|own| own.split_once(":1]")) {
-            let at = numbers(place, &[',']).unwrap_or_default();
-            let [x, y, z] = [0, 1, 2].map(|axis| at.get(axis).copied());
+            let [x, y, z] = three(place);
             add(Named::Nozzle, x, y, z);
+        } else if of_smoothieware
+            && let Some(rest) = own
+                .rsplit(": ")
+                .next()
+                .and_then(|own| own.strip_prefix("z:"))
+        {
+            add(
+                Named::Nozzle,
+                commanded[0],
+                commanded[1],
+                first(rest).map(|own| -own),
+            );
         } else if let Some(rest) = after("stopped at height") {
             add(Named::Nozzle, commanded[0], commanded[1], first(rest));
         } else if own.contains("iteration") {
@@ -221,12 +264,10 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
         } else if let Some(points) = g33(own) {
             of_g33.extend(points.into_iter().map(|point| (line, point)));
         } else if let Some(at) = own.find("g1 ").or(own.find("g0 ")) {
-            for word in own[at + 3..].split_whitespace() {
-                match word.split_at_checked(1) {
-                    Some(("x", value)) => commanded[0] = first(value),
-                    Some(("y", value)) => commanded[1] = first(value),
-                    _ => {}
-                }
+            for (commanded, letter) in commanded.iter_mut().zip(['x', 'y']) {
+                let mut words = own[at + 3..].split_whitespace();
+                let to = words.find_map(|own| own.strip_prefix(letter));
+                *commanded = to.map_or(*commanded, first);
             }
         }
     }
@@ -406,7 +447,7 @@ fn grid(content: &str, radius: f64) -> Vec<Touch> {
     gridded(&rows, ([-radius; 2], steps), radius)
 }
 
-/// Repetier's map: a line of x, then lines of y with their heights.
+/// Repetier's map: a line of x, then lines of y with how far down the probe went.
 fn repetier_map(content: &str) -> Vec<Touch> {
     let mut touches = Vec::new();
     let mut across: Vec<f64> = Vec::new();
@@ -424,12 +465,18 @@ fn repetier_map(content: &str) -> Vec<Touch> {
         {
             touches.extend(across.iter().zip(heights).map(|(x, z)| Touch {
                 line,
-                at: [*x, *y, *z],
+                at: [*x, *y, -z],
                 named: Named::Nozzle,
             }));
         }
     }
     touches
+}
+
+/// The first three numbers between commas.
+fn three(text: &str) -> [Option<f64>; 3] {
+    let all = numbers(text, &[',']).unwrap_or_default();
+    [0, 1, 2].map(|axis| all.get(axis).copied())
 }
 
 /// The number at the start.

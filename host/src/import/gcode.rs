@@ -1,4 +1,4 @@
-//! M665 and M666 of RepRapFirmware and Marlin.
+//! M665 and M666 of RepRapFirmware, Marlin and Smoothieware, and what Repetier calls the same.
 
 use super::header::{Header, RADIUS_TRIMS, Word};
 use super::imported::{Imported, Machine, Towers, USUAL_TOWERS};
@@ -15,16 +15,31 @@ const LARGEST_TRIM: f64 = 10.0;
 const OVERRIDE: &str = "config-override.g";
 
 const M665: &str = "M665";
-/// The probe's offsets: Marlin's, RepRapFirmware's, and the latter's height between touches.
+/// The probe's offsets: Marlin's, RepRapFirmware's, the latter's height between touches, and Smoothieware's.
 const M851: &str = "M851";
 const G31: &str = "G31";
 const M558: &str = "M558";
-const COMMANDS: [&str; 6] = [M665, M666, M669, M851, G31, M558];
+const M565: &str = "M565";
+const COMMANDS: [&str; 7] = [M665, M666, M669, M851, G31, M558, M565];
 /// Marlin's `PROBING_MARGIN` if it is not stated, mm.
 const USUAL_MARGIN: f64 = 10.0;
-/// Words of M665 that only Smoothieware has, and a comment of its M503.
-const OF_SMOOTHIEWARE: [&str; 5] = ["D", "E", "I", "J", "K"];
-const MAX_Z: &str = ";Max Z";
+/// Words, and what Smoothieware's config and, by number, Repetier's EEPROM call them.
+const SETTINGS: [(&str, &str, &str); 5] = [
+    (
+        M665,
+        "L R Z A B C D E H",
+        "arm_length arm_radius gamma_max delta_tower1_offset delta_tower2_offset delta_tower3_offset \
+         delta_tower1_angle delta_tower2_angle delta_tower3_angle",
+    ),
+    (M666, "X Y Z", "alpha_trim_mm beta_trim_mm gamma_trim_mm"),
+    (
+        M665,
+        "L R Z A B C D E H I J K P S",
+        "881 885 153 913 917 921 901 905 909 933 937 941 925 11",
+    ),
+    (M666, "X Y Z", "893 895 897"),
+    (M851, "X Y Z", "800 804 808"),
+];
 /// What RepRapFirmware answers to M665 and M666 without words, and the words that would state it.
 const ANSWERS: [(&str, &str); 7] = [
     ("diagonals ", "M665 L"),
@@ -92,6 +107,21 @@ fn answer(line: &str) -> Option<Vec<Word>> {
     command(&own[start..])
 }
 
+/// The word that a line of Smoothieware's config states, or of Repetier's `EPR:3 881 269.000 …`.
+fn setting(line: &str) -> Option<Vec<Word>> {
+    let own = match line.split_once("EPR:") {
+        Some((_, own)) => own.split_once(' ')?.1,
+        None => line,
+    };
+    let mut own = own.split_whitespace();
+    let (name, value) = (own.next()?, own.next()?);
+    SETTINGS.into_iter().find_map(|(command, letters, names)| {
+        let at = names.split(' ').position(|own| own == name)?;
+        let letter = letters.chars().nth(2 * at)?;
+        Some(vec![(command, letter, joined([value].into_iter()))])
+    })
+}
+
 fn read(
     input: &InputText,
     firmware: Firmware,
@@ -113,6 +143,7 @@ fn read(
                 of_duet.then(|| answer(own)).flatten()
             };
             let words = constant.or_else(|| command(own)).or_else(answered);
+            let words = words.or_else(|| setting(own));
             for (command, letter, numbers) in words.unwrap_or_default() {
                 let value = numbers.ok_or_else(|| {
                     let cause = match name {
@@ -163,28 +194,6 @@ impl Settings {
     }
 }
 
-/// Refuses Smoothieware's M665, whose letters mean something else.
-fn refuse_smoothieware(words: &Settings, input: &InputText) -> Result<(), InputError> {
-    let own = OF_SMOOTHIEWARE
-        .into_iter()
-        .find(|own| words.get(M665, own).is_some());
-    if own.is_none() && !input.text().contains(MAX_Z) {
-        return Ok(());
-    }
-    let cause = "this is Smoothieware's M665: its A to E, H and Z are not those of RepRapFirmware and Marlin";
-    let letter = own.unwrap_or("Z");
-    Err(words.fault(M665, letter, cause).with_remedy(
-        "write it as Marlin does: M665 L, R, H (its Z), X, Y, Z (its D, E, H), A, B, C (its I, J, K), and M666 as it \
-         is; its A, B, C must be 0",
-    ))
-}
-
-/// The refusal of a file with Smoothieware's M665.
-pub(super) fn of_smoothieware(input: &InputText) -> Option<InputError> {
-    let words = read(input, Firmware::Marlin, &|_, _| Ok(Vec::new())).ok()?;
-    refuse_smoothieware(&words, input).err()
-}
-
 /// A configuration and the file that overrides it.
 fn files(
     input: &InputText,
@@ -227,12 +236,12 @@ pub(super) fn import(
     if !words.entries.keys().any(|(command, _)| command == M665) {
         let cause = "no line is an M665 with values, which states the geometry of a linear Delta";
         return Err(InputError::new(name, cause).with_remedy(
-            "give the file that contains it: config.g or config-override.g of RepRapFirmware, or of Marlin the output of \
-             M503 or Configuration.h",
+            "give the file that contains it: config.g or config-override.g of RepRapFirmware, of Marlin the output of \
+             M503 or Configuration.h, of Smoothieware that of M503, or of Repetier that of M205",
         ));
     }
-    refuse_smoothieware(&words, input)?;
-    if words.all(M665, "U")?.iter().any(|own| own.abs() > 0.0) {
+    let of_marlin = firmware == Firmware::Marlin;
+    if of_marlin && words.all(M665, "U")?.iter().any(|own| own.abs() > 0.0) {
         let cause = format!("{RADIUS_TRIMS} is not 0, and M665 cannot state it");
         return Err(words
             .fault(M665, "U", &cause)
@@ -240,16 +249,22 @@ pub(super) fn import(
     }
     let radius = words.require_above_zero(M665, "R")?;
     let rod = words.require_above_zero(M665, "L")?;
-    let height = words.number(M665, "H")?.ok_or_else(|| {
-        words.lacking(M665, "H").with_remedy(
-            "add H, the homed height: that of the nozzle above the bed with all carriages at their end stops",
-        )
+    let (high, angles) = match firmware {
+        Firmware::Smoothieware | Firmware::Repetier => ("Z", ["D", "E", "H"]),
+        _ => ("H", ["X", "Y", "Z"]),
+    };
+    let height = words.number(M665, high)?.ok_or_else(|| {
+        words.lacking(M665, high).with_remedy(format!(
+            "add {high}, the homed height: that of the nozzle above the bed with all carriages at their end stops"
+        ))
     })?;
-    let corrections = words.three(M665, ["X", "Y", "Z"])?;
+    let mut corrections = words.three(M665, angles)?;
     let stops = words.three(M666, ["X", "Y", "Z"])?;
     let mut one_rod = false;
     let mut tilt = [0.0; 2];
-    let (rods, endstops, bed) = if firmware == Firmware::Marlin {
+    let mut offsets = [0.0; 3];
+    let mut steps = None;
+    let (rods, endstops, bed) = if of_marlin {
         // Without A and C, B is the calibration radius of Marlin 1.1.
         one_rod = words.get(M665, "B").is_some()
             && !["A", "C"]
@@ -259,6 +274,18 @@ pub(super) fn import(
         let bed = bed.or(words.number(M665, "B")?.filter(|_| one_rod));
         let rods = words.trims(one_rod)?.map(|by| rod + by);
         (rods, stops.map(|by| height - by), bed)
+    } else if high == "Z" {
+        offsets = words.three(M665, ["A", "B", "C"])?;
+        let mut up = -1.0;
+        if firmware == Firmware::Repetier {
+            // It counts steps upwards, and states where its towers are.
+            let per_mm = words.require_above_zero(M665, "S")?;
+            (steps, up) = (Some(per_mm), 1.0 / per_mm);
+            corrections = [0, 1, 2].map(|tower| corrections[tower] - USUAL_TOWERS[tower]);
+        }
+        let rods = words.three(M665, ["I", "J", "K"])?.map(|by| rod + by);
+        let endstops = stops.map(|by| height + up * by);
+        (rods, endstops, words.number(M665, "P")?)
     } else {
         let each = words.all(M665, "L")?;
         let rods = [0, 1, 2].map(|tower| each.get(tower).copied().unwrap_or(rod));
@@ -267,8 +294,10 @@ pub(super) fn import(
         tilt = [0.01 * by_x, 0.01 * by_y];
         (rods, stops.map(|by| height + by), words.number(M665, "B")?)
     };
+    let mean = offsets.iter().sum::<f64>() / 3.0;
     let configured = Towers {
-        radius,
+        radius: radius + mean,
+        offsets: offsets.map(|own| own - mean),
         azimuths: [0, 1, 2].map(|tower| USUAL_TOWERS[tower] + corrections[tower]),
         rods,
         endstops,
@@ -284,6 +313,7 @@ pub(super) fn import(
     let mut imported = machine.imported(&words, home, Readings::of_name(name), Vec::new())?;
     let probe = match firmware {
         Firmware::RepRapFirmware => G31,
+        Firmware::Smoothieware => M565,
         _ => M851,
     };
     let probe = Probe {
@@ -297,5 +327,6 @@ pub(super) fn import(
         .map(|own| own - margin - probe.distance());
     imported.probed_radius = within.or(bed);
     imported.one_rod = one_rod;
+    imported.steps = steps;
     Ok(imported.with_probe(probe, stated.apart))
 }

@@ -54,6 +54,8 @@ const CALLIPER: f64 = 0.1;
 const DIRECTIONS: [f64; 3] = [0.0, 60.0, 120.0];
 /// The bed radius as a fraction of the delta radius, if it is not stated.
 const USUAL_BED: f64 = 0.6;
+/// Shorter rods or forearms are in inches, mm.
+const SHORTEST: f64 = 40.0;
 /// As-made rods have lengths that are multiples of this, mm.
 const ROUND: f64 = 0.1;
 
@@ -61,8 +63,8 @@ const ROUND: f64 = 0.1;
 const APART: &str = "delta-cal: rods";
 /// How a comment of pasted lines begins that says what was configured before.
 const KEPT: &str = "delta-cal keeps:";
-/// Pasted lengths are the same as those that a comment states within this, mm.
-const PASTED: f64 = 0.001;
+/// Pasted lengths are the same as those that a comment states within this, mm: Marlin answers L and A with two decimals.
+const PASTED: f64 = 0.011;
 
 /// How far apart the two rods of a tower are, as a comment states it, mm.
 pub(super) fn apart(text: &str) -> Option<f64> {
@@ -72,7 +74,7 @@ pub(super) fn apart(text: &str) -> Option<f64> {
 }
 
 /// The radius and the rods' lengths as first configured, and those that were pasted in their place.
-pub(super) fn kept(text: &str) -> Option<[[f64; 4]; 2]> {
+pub(crate) fn kept(text: &str) -> Option<[[f64; 4]; 2]> {
     let line = text.lines().rev().find_map(|own| own.split_once(KEPT))?.1;
     let numbers = line.split(|own: char| !(own.is_ascii_digit() || own == '.'));
     let numbers: Vec<f64> = numbers.filter_map(|own| own.parse().ok()).collect();
@@ -84,6 +86,8 @@ pub(super) fn kept(text: &str) -> Option<[[f64; 4]; 2]> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Towers {
     pub(super) radius: f64,
+    /// How much further out than that each tower is.
+    pub(super) offsets: [f64; 3],
     pub(super) azimuths: [f64; 3],
     pub(super) rods: [f64; 3],
     /// The height of the nozzle at x = y = 0 with each carriage at its end stop.
@@ -116,16 +120,19 @@ impl Towers {
 
     /// Upright towers with these carriage heights at a travel of 0.
     fn robot(&self, name: &str, zeros: [f64; 3]) -> Result<Robot<f64>, InputError> {
-        let towers = Shape::three(self.azimuths, self.radius, [zeros, [0.0; 3], self.rods]);
+        let mut towers = Shape::three(self.azimuths, self.radius, [zeros, [0.0; 3], self.rods]);
+        for (tower, by) in towers.iter_mut().zip(self.offsets) {
+            tower.radius += by;
+        }
         let robot = Shape::robot(&towers, Drive::Linear);
         robot.map_err(|error| impossible(name, error))
     }
 
     /// The travel of each carriage at its end stop.
     fn home(&self) -> [f64; 3] {
-        let square = self.radius * self.radius;
         [0, 1, 2].map(|tower| {
-            self.endstops[tower] + (self.rods[tower] * self.rods[tower] - square).sqrt()
+            let (rod, out) = (self.rods[tower], self.radius + self.offsets[tower]);
+            self.endstops[tower] + (rod * rod - out * out).sqrt()
         })
     }
 }
@@ -155,6 +162,8 @@ pub struct Imported {
     pub(super) probed_radius: Option<f64>,
     /// Whether the firmware is Marlin 1.1, which holds one length for all rods.
     pub(super) one_rod: bool,
+    /// The steps of a mm, if its end stops are in steps.
+    pub(crate) steps: Option<f64>,
     /// The probe.
     pub probe: Probe,
     /// The radius and the rods of towers as first configured or stated, mm.
@@ -188,7 +197,7 @@ pub(super) struct Machine {
 
 fn impossible(name: &str, cause: impl std::fmt::Display) -> InputError {
     InputError::new(name, format!("the geometry is impossible: {cause}"))
-        .with_remedy("check the lengths of the configuration, in mm")
+        .with_remedy("check the lengths of the configuration, in mm, not in inches")
 }
 
 impl Machine {
@@ -290,6 +299,11 @@ impl Machine {
             }
         };
         let limits = limits.map_err(|error| impossible(name, error))?;
+        let mut lengths = self.robot.arms().iter().map(Arm::lb);
+        if let Some(short) = lengths.find(|own| *own < SHORTEST) {
+            let cause = format!("a rod of {} mm is too short", rounded(short));
+            return Err(impossible(name, cause));
+        }
         if !reaches_anywhere(&self.robot, &limits) {
             return Err(impossible(name, "the forearms do not meet anywhere"));
         }
@@ -313,6 +327,7 @@ impl Machine {
             bed_radius: self.bed_radius,
             probed_radius: None,
             one_rod: false,
+            steps: None,
             probe: Probe::default(),
             first: self.first,
             stated: self.stated,
@@ -641,14 +656,12 @@ impl Imported {
         let [first, ..] = controller.arms();
         let rods = controller.arms().each_ref().map(|arm| rounded(arm.lb()));
         let [radius, own @ ..] = self.first.map(rounded);
-        if self.firmware == Firmware::Marlin {
-            let rods = own.join("mm,");
-            return Some(format!(
-                "Marlin keeps no comments: state --rods {rods}mm --radius {radius}mm, as first configured, with its next M503."
-            ));
-        }
+        let beside = match self.firmware {
+            Firmware::Klipper | Firmware::RepRapFirmware => "",
+            _ => ". Give this file to the next calibrate too: the controller keeps no comments",
+        };
         Some(format!(
-            "{KEPT} radius {radius} and rods {} as first configured, for {} and {} here",
+            "{KEPT} radius {radius} and rods {} as first configured, for {} and {} here{beside}",
             own.join(", "),
             rounded(first.d().xy().norm()),
             rods.join(", ")

@@ -95,6 +95,7 @@ fn linear(settings: &Settings, stated: &Stated) -> Result<Machine, InputError> {
     let rods = like_first(settings, "arm_length", Some(radius));
     let configured = Towers {
         radius,
+        offsets: [0.0; 3],
         rods: match stated.rods {
             Some(stated) => rods.unwrap_or(stated),
             None => rods?,

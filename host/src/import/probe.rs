@@ -62,28 +62,23 @@ impl Imported {
     /// A firmware without commands that home and probe a Delta.
     pub fn touches(&self, places: &[[f64; 2]]) -> Result<String, InputError> {
         let clear = format!("{:.1}", self.clearance());
-        let stop = match self.firmware {
-            Firmware::Klipper => "M112 (then FIRMWARE_RESTART)",
-            Firmware::RepRapFirmware => "M112 (then M999)",
-            Firmware::Marlin => "M112 or the power switch",
-            own @ (Firmware::FluidNc | Firmware::GrblHal) => {
-                let cause = format!("no commands that touch a bed are known for {}", own.title());
-                return Err(InputError::new(&self.readings.name, cause).with_remedy(
-                    "delta-cal import writes a robot file; plan for that, with --measure plane",
-                ));
-            }
-        };
+        let words = self.firmware.words();
+        if words.touch.is_empty() {
+            let cause = format!("no commands that touch a bed are known for {}", words.title);
+            return Err(InputError::new(&self.readings.name, cause).with_remedy(
+                "delta-cal import writes a robot file; plan for that, with --measure plane",
+            ));
+        }
         let [beside_x, beside_y] = self.probe.offset.unwrap_or_default();
         let touch = |[x, y]: &[f64; 2]| match self.firmware {
-            Firmware::Klipper => format!("G1 X{x:.1} Y{y:.1} F3000\nPROBE"),
-            Firmware::RepRapFirmware => format!("G1 X{x:.1} Y{y:.1} F6000\nG30 S-1"),
             // Marlin moves the probe there, not the nozzle.
-            _ => format!("G30 X{:.1} Y{:.1}", x + beside_x, y + beside_y),
+            Firmware::Marlin => format!("G30 X{:.1} Y{:.1}", x + beside_x, y + beside_y),
+            _ => format!("G1 X{x:.1} Y{y:.1} F3000\n{}", words.touch),
         };
         let touches = places.iter().map(touch);
         let touches = touches.map(|own| format!("{own}\nG1 Z{clear} F600\n"));
         Ok(format!(
-            "; To stop at once: {stop}. Watch the first touch: the probe must be deployed and clear of the bed.\n\
+            "; To stop at once: M112, then restart. Watch the first touch: the probe must be deployed and clear of the bed.\n\
              G28\n\
              G1 Z{clear} F600 ; slowly, from above\n{}",
             touches.collect::<String>()

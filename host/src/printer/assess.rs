@@ -142,6 +142,7 @@ pub fn as_printed(
         height: Some(0.0),
         bed_radius: imported.bed_radius,
         endstops: kept.filter(|_| heights == 0),
+        steps: imported.steps,
         ..Settings::default()
     };
     (wanted, settings)

@@ -95,6 +95,9 @@ fn spread(imported: &Imported, touches: &[Touched]) -> Option<DMatrix<f64>> {
     Some(DMatrix::from_fn(touches.len(), touches.len(), between))
 }
 
+/// ln p(y), and of each touch v and d.
+type Hypothesis = (f64, DVector<f64>, DVector<f64>);
+
 /// Of each touch the logarithm of the odds that it is bad, against none being so, and how far it is off what the others expect, mm.
 /// Whether the printer was calibrated, so that it is off by t tolerances, and the noise σ, which is log-normal, are unknown: sums over
 /// both. With what touches are off, y, and S = t² J P Jᵀ + σ² + the common height's variance,
@@ -109,12 +112,10 @@ fn spread(imported: &Imported, touches: &[Touched]) -> Option<DMatrix<f64>> {
 /// ```text
 /// ½ ln v/(v + s²) + d²/2v − d²/2(v + s²)
 /// ```
-fn odds(imported: &Imported, touches: &[Touched]) -> Option<Vec<[f64; 2]>> {
+fn hypotheses(imported: &Imported, touches: &[Touched]) -> Option<Vec<Hypothesis>> {
     let y = DVector::from_iterator(touches.len(), touches.iter().map(|own| own.2));
     let of_errors = spread(imported, touches)?;
-    let mut none = f64::NEG_INFINITY;
-    let mut odds = vec![[none, 0.0]; touches.len()];
-    let mut most = vec![none; touches.len()];
+    let mut found = Vec::new();
     // End stops that are all alike were never calibrated.
     let (low, high) = range(imported.home);
     let printers = if high - low < ALIKE { 1 } else { 2 };
@@ -136,37 +137,80 @@ fn odds(imported: &Imported, touches: &[Touched]) -> Option<Vec<[f64; 2]>> {
             let all = factor.natural_logarithm().abs().natural_logarithm()
                 - 0.5 * (widths * widths + y.dot(&weighed))
                 - logarithms.sum::<f64>();
-            none = log_sum(none, all);
             let inverse = root.inverse();
-            for (place, [odds, off]) in odds.iter_mut().enumerate() {
-                let variance = 1.0 / inverse[(place, place)];
-                let by = variance * weighed[place];
-                let wide = variance + BADLY * BADLY;
-                let gain = (OFTEN * OFTEN * variance / wide).natural_logarithm()
-                    + by * by * (1.0 / variance - 1.0 / wide);
-                let bad = all + 0.5 * gain;
-                *odds = log_sum(*odds, bad);
-                if bad > most[place] {
-                    (most[place], *off) = (bad, by);
-                }
-            }
+            let variances = inverse.diagonal().map(|own| 1.0 / own);
+            let off = variances.component_mul(&weighed);
+            found.push((all, variances, off));
             noise *= factor;
         }
     }
-    for own in &mut odds {
-        own[0] -= none;
+    Some(found)
+}
+
+/// The odds of a touch and how far it is off, as [`hypotheses`] says, if it were further off by so much: the exponent of p(y) then
+/// is less by ((d + by)² − d²)/2v.
+fn odds(hypotheses: &[Hypothesis], place: usize, by: f64) -> [f64; 2] {
+    let (mut none, mut any, mut most) = (
+        f64::NEG_INFINITY,
+        f64::NEG_INFINITY,
+        [f64::NEG_INFINITY, 0.0],
+    );
+    for (all, variances, off) in hypotheses {
+        let (variance, own) = (variances[place], off[place]);
+        let moved = own + by;
+        let wide = variance + BADLY * BADLY;
+        let all = all - 0.5 * (moved * moved - own * own) / variance;
+        none = log_sum(none, all);
+        let gain = (OFTEN * OFTEN * variance / wide).natural_logarithm()
+            + moved * moved * (1.0 / variance - 1.0 / wide);
+        let bad = all + 0.5 * gain;
+        any = log_sum(any, bad);
+        if bad > most[0] {
+            most = [bad, moved];
+        }
     }
-    Some(odds)
+    [any - none, most[1]]
+}
+
+/// The touches of which one may decide; the end stops of arms that motors turn make a bowl.
+fn deciding(imported: &Imported) -> Option<Vec<Touched>> {
+    let towers = imported.configured.drive() == Drive::Linear;
+    Some(off(imported)).filter(|own| towers && TOUCHES.contains(&own.len()))
+}
+
+/// Errors of a touch that are tried, mm: the least, the most, and each so many times the last.
+const TRIED: [f64; 3] = [0.1, 5.0, 1.2];
+/// Less is not worth mention, mm.
+const UNNOTICED: f64 = 0.25;
+
+/// What is to be known of few touches: how far off one of them may be and not be called bad.
+pub(super) fn unnoticed(imported: &Imported) -> Option<String> {
+    let touches = deciding(imported)?;
+    let hypotheses = hypotheses(imported, &touches)?;
+    let mut most = TRIED[0];
+    for place in 0..touches.len() {
+        for sign in [1.0, -1.0] {
+            while most < TRIED[1] && odds(&hypotheses, place, sign * most)[0] < 0.0 {
+                most *= TRIED[2];
+            }
+        }
+    }
+    (most > UNNOTICED).then(|| {
+        format!(
+            "Of {} touches, one that is off by up to {most:.1} mm may go unnoticed. Touch 16 places: delta-cal plan with --count \
+             16 writes the {} commands.",
+            touches.len(),
+            imported.firmware.words().touch
+        )
+    })
 }
 
 /// The refusal of touches of which one decides, so that it has to be touched again before any line is pasted.
 pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
-    let touches = off(imported);
-    // The end stops of arms that motors turn make a bowl.
-    if !TOUCHES.contains(&touches.len()) || imported.configured.drive() == Drive::Rotary {
-        return None;
-    }
-    let odds = odds(imported, &touches)?;
+    let touches = deciding(imported)?;
+    let hypotheses = hypotheses(imported, &touches)?;
+    let odds = (0..touches.len()).map(|place| odds(&hypotheses, place, 0.0));
+    let odds: Vec<_> = odds.collect();
     let any = odds.iter().map(|own| own[0]);
     if any.fold(f64::NEG_INFINITY, log_sum) < 0.0 {
         return None;

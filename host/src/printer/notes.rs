@@ -1,6 +1,7 @@
 //! What an owner must know of readings and lines beside the figures: an offset of the probe, a common scale, a move of
 //! the end stops that may crash.
 
+use super::contradiction::unnoticed;
 use crate::effects::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
@@ -56,6 +57,7 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
         }
     }
     notes.extend(common_scale(imported));
+    notes.extend(unnoticed(imported));
     notes
 }
 
@@ -160,7 +162,7 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
     let percent = 100.0 * off;
     let towers = robot.drive() == Drive::Linear;
     let (lengths, measure) = if !towers {
-        let name = imported.firmware.forearm();
+        let name = imported.firmware.words().forearm;
         let measure = format!(
             " Measure the forearms between their joints with a calliper and correct {name}."
         );
@@ -175,8 +177,12 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
             }
             None => "other rods; ".to_owned(),
         };
-        let measure = " Measure the rods between their joints with a calliper and state them: --rods 345±0.1mm.";
-        (lengths, measure.to_owned())
+        let [arm, ..] = robot.arms();
+        let rod = arm.lb();
+        let measure = format!(
+            " Measure the rods between their joints with a calliper and state them: --rods {rod:.1}±0.1mm."
+        );
+        (lengths, measure)
     };
     let (word, shrink) = if mean < 1.0 {
         let shrink = format!("; prints that shrink by {percent:.1} % (--shrinkage)");

@@ -353,10 +353,10 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
         Firmware::FluidNc | Firmware::GrblHal => format!(
             "touch the bed at x, y = {places} as well (G38.2), and give all answers [PRB:…] of the console"
         ),
-        Firmware::RepRapFirmware | Firmware::Marlin => {
-            "touch the bed at 16 places: delta-cal plan with --count 16 writes the G30 commands"
-                .to_owned()
-        }
+        own => format!(
+            "touch the bed at 16 places: delta-cal plan with --count 16 writes the {} commands",
+            own.words().touch
+        ),
     };
     if printer.heights == 0 {
         return format!("Measure next: {touch}.");
@@ -383,11 +383,13 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
     let otherwise = match (known, printer.kinematics) {
         (true, _) => "nothing".to_owned(),
         (false, "delta") => {
-            "the rods between their joints with a calliper (--rods 345.2±0.1mm)".to_owned()
+            let [arm, ..] = report.before.robot.arms();
+            let rod = arm.lb();
+            format!("the rods between their joints with a calliper (--rods {rod:.1}±0.1mm)")
         }
         (false, _) => format!(
             "the forearms between their joints with a calliper ({})",
-            printer.firmware.forearm()
+            printer.firmware.words().forearm
         ),
     };
     format!(

@@ -226,7 +226,6 @@ fn ten_rounds_settle() {
                 "marlin" => "M665 L330 R140 H300 A0 B0 C0\nM666 X0 Y0 Z0\n".to_owned(),
                 _ => format!("M665 L330 R140 H300 B{RADIUS}\nM666 X0 Y0 Z0 A0 B0\n"),
             };
-            let mut stated = String::new();
             for round in 0..10 {
                 let folder = Folder::new();
                 let klipper = Printer::unmeasured(controller);
@@ -234,8 +233,10 @@ fn ten_rounds_settle() {
                 let comments = comments.collect::<Vec<_>>().join("\n");
                 let text = match target {
                     "klipper" => format!("{comments}\n{}", klipper.configuration()),
-                    // As M503 answers.
-                    "marlin" => lines.replace("M66", "echo: M66"),
+                    // As M503 answers, without comments, which the pasted file holds.
+                    "marlin" => lines
+                        .replace("delta-cal keeps", "")
+                        .replace("M66", "echo: M66"),
                     _ => lines.clone(),
                 };
                 folder.write(configuration, text);
@@ -245,19 +246,23 @@ fn ten_rounds_settle() {
                     writeln!(touches, "{x},{y},{:.4}", z + 0.01 * normal(&mut rng)).unwrap();
                 }
                 folder.write("touches.csv", touches);
-                let command = format!("calibrate {configuration} touches.csv --paste paste.cfg");
-                refused += folder.run(&format!("{command}{stated}")).code;
+                folder.write("pasted.g", &lines);
+                let also = if target == "marlin" && lines.contains("keeps") {
+                    "pasted.g"
+                } else {
+                    ""
+                };
+                refused += folder
+                    .run(&format!(
+                        "calibrate {configuration} touches.csv {also} --paste paste.cfg"
+                    ))
+                    .code;
                 if folder.path("paste.cfg").exists() {
                     lines = folder.read("paste.cfg");
                     controller = match target {
                         "klipper" => Delta::pasted(&lines, STEPS),
                         _ => read(target, &lines),
                     };
-                    // What Marlin's owner is asked to state.
-                    let own = lines
-                        .split_once(": state")
-                        .and_then(|own| own.1.split_once(','));
-                    stated = own.map_or(stated, |_| " --rods 330mm --radius 140mm".to_owned());
                     again += u32::from(round > 0);
                 }
                 let [height, size, _] = prints(&made, &controller);

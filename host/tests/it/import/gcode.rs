@@ -131,6 +131,7 @@ fn lines_are_imported_as_they_are_exported() {
         ("reprapfirmware", towers),
         ("marlin", towers),
         ("marlin-1.1", towers),
+        ("smoothieware", towers),
     ] {
         let folder = Folder::new();
         if options == towers {
@@ -241,10 +242,21 @@ fn lines_that_cannot_be_read_are_refused() {
         M206 ⇒ G20 ⇒ printer.cfg:2: the lengths are in inches
         R141.2000 ⇒ ⇒ M665 R: the word is missing
         H411.8000 ⇒ ⇒ M665 H: the word is missing
+        L330.1000 R141.2000 ⇒ L12.996 R5.559 ⇒ a rod of 12.996 mm is too short
         L330.1000 ⇒ L100 ⇒ printer.cfg:3: M665 L: a rod is not longer
         R141.2000 ⇒ R-1 ⇒ printer.cfg:3: M665 R: the value is not a number above 0
         B0.3000 ⇒ B120 ⇒ printer.cfg:3: M665 B: B lengthens the rods of a tower since Marlin 2.0, and 120 mm
         A0.0000 ⇒ A12 ⇒ printer.cfg:3: M665 A: A lengthens the rods of a tower since Marlin 2.0, and 12 mm
         ";
     assert_wrong(MARLIN, &["import marlin printer.cfg --output mine"], table);
+    let folder = Folder::new();
+    folder.write("config.g", REPRAPFIRMWARE);
+    let touches = "x_mm,y_mm,height_mm\n4,0,0\n-2,3,0\n-2,-3,0\n";
+    folder.write("near.csv", touches);
+    folder.write("inches.txt", "G20\nG1 X4 Y0\nStopped at height 0.01 mm\n");
+    let table = "
+        near.csv ⇒ 3 ⇒ near.csv:2: the touches are in inches | send G21
+        inches.txt ⇒ 3 ⇒ inches.txt:1: the touches are in inches
+        ";
+    assert_refused(&folder, "calibrate config.g", table);
 }

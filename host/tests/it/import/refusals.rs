@@ -109,7 +109,7 @@ fn the_command_line_is_checked() {
     let folder = folder(&printer("01").configuration());
     let table = "
         import klipper printer.cfg ⇒ 2 ⇒ --output <FOLDER>
-        import smoothieware printer.cfg --output mine ⇒ 2 ⇒ write the file alone, or after one of klipper, reprapfirmware, marlin, fluidnc, grblhal
+        import ultimaker printer.cfg --output mine ⇒ 2 ⇒ write the file alone, or after one of klipper, reprapfirmware, marlin, smoothieware, repetier, fluidnc, grblhal
         import klipper printer.cfg --rods 1mm,2mm --output mine ⇒ 2 ⇒ --rods needs one length, or three
         import klipper printer.cfg --rods=-1mm --output mine ⇒ 2 ⇒ a length greater than 0 is needed
         import klipper printer.cfg --rods 0.1km --output mine ⇒ 2 ⇒ a length in um, mm, cm, m or in is needed

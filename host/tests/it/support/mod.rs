@@ -336,7 +336,8 @@ pub(crate) fn assert_fails(robot: impl AsRef<[u8]>, samples: impl AsRef<[u8]>, e
     assert_eq!(folder.read("report.json"), "of yesterday");
 }
 
-/// The cases of a table, one a line: three cells that ⇒ separates, with `\n` for the end of a line.
+/// The cases of a table, such as those in `tests/refused`, one a line: three cells that ⇒ separates, with `\n` for the end of a
+/// line.
 pub(crate) fn cases(table: &str) -> Vec<[String; 3]> {
     let lines = table.lines().filter(|line| !line.trim().is_empty());
     let case = |line: &str| {

@@ -5,16 +5,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Two scenarios, eight calibration settings; some robots are refused.
-const CAMPAIGN: &str = "\
-robots = 37
-seed = 5
-poses = [8, 20]
-start_errors = [{ length_mm = 1, angle_deg = 1 }]
-noise_levels = [{ position_mm = 0.02, joint_deg = 0.01 }]
-methods = [\"ikm\", \"fkm\"]
-solvers = [\"lm\", \"gn\"]
-prior = [true, false]
-";
+const CAMPAIGN: &str = include_str!("../files/campaign.toml");
 
 type Cells = BTreeMap<String, String>;
 

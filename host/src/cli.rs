@@ -5,53 +5,26 @@ mod device;
 mod export;
 mod failure;
 mod import;
-mod init;
 mod kinematics;
 mod output;
 mod paths;
 mod plan;
-mod progress;
 mod simulate;
 mod validate;
 mod workspace;
 
-use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use crate::{RobotFile, files};
+use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::{Shell, generate};
+use delta_cal::robot::Drive;
 use failure::Failure;
+use std::path::PathBuf;
 use std::process::ExitCode;
-
-const EXAMPLES: &str = "\
-Examples:
-  delta-cal calibrate
-      the built-in, simulated example
-  delta-cal init
-  delta-cal plan robot.toml --count 12 --output poses.csv
-  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
-  delta-cal validate calibrated.toml check.csv --limit 0.1mm
-  delta-cal export calibrated.toml --for klipper";
-
-const EXIT_CODES: &str = "\
-Exit codes:
-  0  done
-  1  refused: the measurements do not determine this robot, or cannot improve it
-  2  the command line is wrong
-  3  an input file is wrong
-  4  a file could not be written
-  5  the controller or the link to it failed
-  6  the --limit is not met, or this is undecided; the output files are written
-
-With exit codes 1 (except plan --samples), 2 and 3 no output file is written or changed.";
-
-const COMPLETIONS: &str = "\
-Examples:
-  delta-cal completions bash > /etc/bash_completion.d/delta-cal
-  delta-cal completions zsh > ~/.zfunc/_delta-cal
-  delta-cal completions fish > ~/.config/fish/completions/delta-cal.fish";
 
 /// Calibrates Delta robots from positions, heights and distances
 #[derive(Debug, Parser)]
 #[command(name = "delta-cal", version, max_term_width = 100)]
-#[command(after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
+#[command(after_help = include_str!("cli/help/delta-cal.txt"))]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -78,11 +51,11 @@ fn innermost(matches: &ArgMatches) -> &ArgMatches {
 fn run_command(command: Command, arguments: &ArgMatches) -> Result<(), Failure> {
     paths::check_arguments(arguments)?;
     match command {
-        Command::Init(own) => init::run(&own),
+        Command::Init(own) => init(&own),
         Command::Calibrate(own) => calibrate::run(&own, arguments),
         Command::Validate(own) => validate::run(&own),
-        Command::Forward(own) => kinematics::forward(&own),
-        Command::Inverse(own) => kinematics::inverse(&own),
+        Command::Forward(own) => kinematics::run(&own, files::kinematics::forward),
+        Command::Inverse(own) => kinematics::run(&own, files::kinematics::inverse),
         Command::Plan(own) => plan::run(&own, arguments),
         Command::Simulate(own) => simulate::run(&own),
         Command::Workspace(own) => workspace::run(&own),
@@ -97,8 +70,8 @@ fn run_command(command: Command, arguments: &ArgMatches) -> Result<(), Failure> 
 
 /// The help of each command says where the exit codes are listed.
 fn with_exit_codes(command: clap::Command) -> clap::Command {
-    let help = command.get_after_help();
-    let help = help.map_or_else(String::new, |own| format!("{own}\n\n"));
+    let help = command.get_after_help().map(ToString::to_string);
+    let help = help.map_or_else(String::new, |own| own + "\n");
     command
         .after_help(format!("{help}Exit codes: delta-cal --help"))
         .mut_subcommands(with_exit_codes)
@@ -107,25 +80,25 @@ fn with_exit_codes(command: clap::Command) -> clap::Command {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Write a robot file to edit, with a comment beside every key
-    #[command(after_help = init::HELP)]
-    Init(init::InitArguments),
+    #[command(after_help = include_str!("cli/help/init.txt"))]
+    Init(InitArguments),
     /// Find the robot's geometric parameters from measurements
-    #[command(after_help = calibrate::HELP)]
+    #[command(after_help = include_str!("cli/help/calibrate.txt"))]
     Calibrate(calibrate::CalibrateArguments),
     /// Check a calibrated robot against independent measurements and a limit
-    #[command(after_help = validate::HELP)]
+    #[command(after_help = include_str!("cli/help/validate.txt"))]
     Validate(validate::ValidateArguments),
     /// Compute positions from joint angles
-    #[command(after_help = kinematics::FORWARD_HELP)]
+    #[command(after_help = include_str!("cli/help/forward.txt"))]
     Forward(kinematics::KinematicsArguments),
     /// Compute joint angles from positions
-    #[command(after_help = kinematics::INVERSE_HELP)]
+    #[command(after_help = include_str!("cli/help/inverse.txt"))]
     Inverse(kinematics::KinematicsArguments),
     /// Choose what to measure, and predict the accuracy
-    #[command(after_help = plan::HELP)]
+    #[command(after_help = include_str!("cli/help/plan.txt"))]
     Plan(plan::PlanArguments),
     /// Calibrate many simulated robots, to predict how accurate a calibration will be
-    #[command(after_help = simulate::HELP)]
+    #[command(after_help = include_str!("cli/help/simulate.txt"))]
     Simulate(simulate::SimulateArguments),
     /// Compute the workspace: boundary, volume, singularities, effect of errors
     Workspace(workspace::WorkspaceArguments),
@@ -136,7 +109,7 @@ enum Command {
     /// Let a controller calibrate its robot over a serial link
     Device(device::DeviceArguments),
     /// Print a script that completes commands in a shell
-    #[command(after_help = COMPLETIONS)]
+    #[command(after_help = include_str!("cli/help/completions.txt"))]
     Completions {
         /// The shell that is to complete commands and options
         shell: Shell,
@@ -146,8 +119,40 @@ enum Command {
     #[command(hide = true)]
     Man {
         /// The folder, which must exist
-        folder: std::path::PathBuf,
+        folder: PathBuf,
     },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// Motors turn the upper arms
+    Rotary,
+    /// Carriages run along towers, as in most printers
+    Linear,
+}
+
+#[derive(Debug, Args)]
+struct InitArguments {
+    /// What moves the elbows
+    #[arg(long, value_enum, default_value = "rotary")]
+    kind: Kind,
+    /// The file to write; - writes to standard output
+    #[arg(long, value_name = "ROBOT.toml", default_value = "robot.toml")]
+    output: PathBuf,
+}
+
+/// Writes the template of a robot file.
+fn init(arguments: &InitArguments) -> Result<(), Failure> {
+    let path = arguments.output.as_path();
+    if !paths::is_stream(path) && path.exists() {
+        let path = path.display();
+        return Err(Failure::output(format!("{path}: the file exists")));
+    }
+    let template = RobotFile::template(match arguments.kind {
+        Kind::Rotary => Drive::Rotary,
+        Kind::Linear => Drive::Linear,
+    });
+    output::deliver(&[(Some(path), template)], "")
 }
 
 #[cfg(feature = "man")]

@@ -114,11 +114,6 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Whether the robot works at a position, mm.
-    pub fn works_at(&self, x: &Vector3<f64>) -> bool {
-        self.within.is_none_or(|own| own.contains(x))
-    }
-
     /// The platform's position, mm, at these joint angles (radians).
     ///
     /// # Errors

@@ -142,7 +142,7 @@ fn with_wider_tolerance(case: &Case<'_>, found: Option<&Found>) -> Option<Judged
         return None;
     }
     let test = PriorTest::of(&case.robot.robot, tolerance, &free)?;
-    if !(test.contradicts() && test.samples_decide()) {
+    if !(test.contradicts() && test.combinations >= test.of) {
         return None;
     }
     let wide_file = case.robot.with_tolerance(test.widened(tolerance));
@@ -159,13 +159,8 @@ fn with_wider_tolerance(case: &Case<'_>, found: Option<&Found>) -> Option<Judged
 }
 
 fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
-    let solution = solve(case.robot, case.readings, &case.options).map_err(Objection::Unsolved)?;
-    judged(case, solution, found)
-}
-
-/// Judges a solution of the case.
-fn judged(case: &Case<'_>, solution: Solution, found: Option<&Found>) -> Result<Judged, Objection> {
     let robot = case.robot;
+    let solution = solve(robot, case.readings, &case.options).map_err(Objection::Unsolved)?;
     let mut noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
     for test in &mut noise {
         with_shown(case, test)?;
@@ -232,7 +227,7 @@ fn by_causes(
     let inside = poses.inside.iter().copied();
     let inside = Sensitivities::<OF_ROBOT>::of(&solution.robot, &robot.tool(), inside);
     inside.relative().map_or(0.0, |own| {
-        let covariance = solution.of_robot_by_readings();
+        let covariance = solution.robots(&solution.of_readings);
         let sigma = own.mean_square().component_mul(&covariance).sum().sqrt();
         causes.relative_error / sigma
     })

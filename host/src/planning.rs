@@ -11,7 +11,6 @@
 
 mod exchange;
 mod judge;
-mod others;
 mod plan;
 mod request;
 mod samples;
@@ -23,8 +22,7 @@ pub use crate::geometry::Region;
 use crate::text::{in_file_units, small};
 use delta_cal::{ArmIndex, Parameter};
 pub use judge::Precision;
-pub use others::{labelled, others};
-pub use plan::{Plan, plan};
+pub use plan::{Plan, labelled, others, plan};
 pub use request::{Kind, LEAST, MOST, Order, PlanRequest, Wish, Wishes};
 pub use samples::Determined;
 pub(crate) use samples::covariance_after;

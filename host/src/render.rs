@@ -170,10 +170,6 @@ impl Table {
     pub(super) fn rows(&self) -> usize {
         self.columns.first().map_or(0, |column| column.cells.len())
     }
-
-    pub(super) fn has_headings(&self) -> bool {
-        self.columns.iter().any(|column| !column.heading.is_empty())
-    }
 }
 
 impl Column {

@@ -9,7 +9,7 @@ mod interval;
 mod readings;
 
 use crate::accuracy::expanded::of_vectors;
-use crate::accuracy::position_error::PositionError;
+use crate::accuracy::position_error::{OUTLIER, PositionError};
 use crate::accuracy::repeats::{Attained, Repeatability};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::calibration::unused_rotations;
@@ -283,7 +283,7 @@ pub fn validate(
         warnings,
         names: names.collect(),
         rows,
-        kind: only_kind(readings),
+        kind: readings.only_kind(),
         of_datum: request.frame == Frame::Sensor && !request.stored,
     })
 }
@@ -362,11 +362,6 @@ fn step(
     search(&case)?.step(&case, known)
 }
 
-fn only_kind(readings: &Readings) -> Option<Kind> {
-    let mut kinds = Kind::ALL.into_iter().filter(|kind| readings.holds(*kind));
-    kinds.next().filter(|_| kinds.next().is_none())
-}
-
 /// The frame of the coordinates if it is known: the base's, the stored one, or that of the datum points.
 fn known_frame(
     robot: &RobotFile,
@@ -433,7 +428,7 @@ fn warnings(
 ) -> Vec<String> {
     let largest = |row: &Deviation| Some(row.line) == deviation.max_at_line;
     let largest_is_noise = |row: &Deviation| largest(row) && row.is_noise(rows.len());
-    let outlier = deviation.is_outlier(deviation.max) && !rows.iter().any(largest_is_noise);
+    let outlier = deviation.max > OUTLIER * deviation.median && !rows.iter().any(largest_is_noise);
     let outlier = deviation.max_at_line.filter(|_| outlier);
     let (poses, row_count) = (readings.distinct_poses(), readings.rows.len());
     let mut kinds = Kind::ALL.into_iter();

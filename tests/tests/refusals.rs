@@ -34,34 +34,21 @@ fn solve(samples: &[Sample<f64>], settings: &Settings<f64>) -> Result<(), Refusa
 #[test]
 fn too_few_samples() {
     let (_, samples) = robot_and_samples(0, 11, None);
-    assert_eq!(
-        solve(&samples[..7], &Settings::default()),
+    let few = |samples, needed| {
+        let arm = ArmIndex::First;
         Err(Refusal::TooFewSamples {
-            arm: ArmIndex::First,
-            samples: 7,
-            needed: 8
+            arm,
+            samples,
+            needed,
         })
-    );
-    let free = Settings::default().with_free_start(true);
-    assert_eq!(
-        solve(&samples, &free),
-        Err(Refusal::TooFewSamples {
-            arm: ArmIndex::First,
-            samples: 11,
-            needed: 12
-        })
-    );
+    };
+    let usual = Settings::default();
+    assert_eq!(solve(&samples[..7], &usual), few(7, 8));
+    assert_eq!(solve(&samples, &usual.with_free_start(true)), few(11, 12));
     let tolerance = Settings::default()
         .with_tolerance(Tolerance::new(1.0, 0.3 * DEGREE).unwrap())
         .with_noise(Noise::new(0.01, 0.0).unwrap());
-    assert_eq!(
-        solve(&[], &tolerance),
-        Err(Refusal::TooFewSamples {
-            arm: ArmIndex::First,
-            samples: 0,
-            needed: 1
-        })
-    );
+    assert_eq!(solve(&[], &tolerance), few(0, 1));
     assert_eq!(solve(&samples[..1], &tolerance), Ok(()));
     let mut calibrator = IkmCalibrator::new(&paper_robot(), &tolerance);
     calibrator.add_many(&samples).unwrap();

@@ -233,24 +233,14 @@ fn sigma(solution: &Solution, robot: &RobotFile, source: &str) -> Option<f64> {
     let noise = solution.levels.position;
     match source {
         "readings" => {
-            let readings = &solution.readings;
-            let only = readings.holds(Kind::Position)
-                && Kind::ALL
-                    .into_iter()
-                    .filter(|own| readings.holds(*own))
-                    .count()
-                    == 1;
+            let only = solution.readings.only_kind() == Some(Kind::Position);
             only.then(|| noise.position())
         }
         "joint readings" => Some(joint::in_file(robot.robot.drive(), noise.joint())),
         "tolerance" => robot.tolerance.map(|own| own.length()),
         "datum" => {
-            let all: Option<Vec<_>> = robot
-                .instruments
-                .datum
-                .iter()
-                .map(|own| own.sigma)
-                .collect();
+            let datum = robot.instruments.datum.iter();
+            let all: Option<Vec<_>> = datum.map(|own| own.sigma).collect();
             let all = all.filter(|all| !all.is_empty())?;
             Some((all.iter().map(|own| own * own).sum::<f64>() / all.len() as f64).sqrt())
         }

@@ -101,11 +101,6 @@ impl PositionError {
         !(self.median <= ELSEWHERE * arm.lb())
     }
 
-    /// Whether a sample at this distance is an outlier.
-    pub(crate) fn is_outlier(&self, distance: f64) -> bool {
-        distance > OUTLIER * self.median
-    }
-
     /// From distances, each with its line; `None` is unreachable.
     pub(crate) fn of(distances: impl IntoIterator<Item = (Option<f64>, u64)>) -> Self {
         let mut known = Vec::new();

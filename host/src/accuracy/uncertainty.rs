@@ -186,9 +186,8 @@ pub(super) fn clear_pose(
 ) -> Option<Sample<f64>> {
     halt::check();
     let position = reach.clear_position(robot, &joints).ok()?;
-    reach
-        .works_at(&position)
-        .then_some(Sample { joints, position })
+    let works = reach.within.is_none_or(|own| own.contains(&position));
+    works.then_some(Sample { joints, position })
 }
 
 /// The clear poses of a grid over the joints' range with a joint at its limit; and, between neighbours of which only

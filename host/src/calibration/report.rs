@@ -578,17 +578,23 @@ fn found_and_left(case: &Case<'_>, solution: &Solution, spread: &Spread) -> Vec<
             .collect();
         (!errors.is_empty()).then(|| of_vectors(&errors))
     };
-    let mut lines = Vec::new();
-    let found = over_samples(before, &solution.places_before);
-    let left = over_samples(&solution.robot, &solution.places);
-    if let (Some(found), Some(left)) = (found, left) {
-        lines.extend((0..4).map(|axis| FoundAndLeft {
-            over: "samples",
+    let rows = |over, found: [[f64; 3]; 4], left: [[f64; 3]; 4]| {
+        [0, 1, 2, 3].map(|axis| FoundAndLeft {
+            over,
             of: AXES[axis],
             found_mm: found[axis],
             left_mm: left[axis],
-        }));
-    }
+        })
+    };
+    let mut lines = Vec::new();
+    let found = over_samples(before, &solution.places_before);
+    let left = over_samples(&solution.robot, &solution.places);
+    lines.extend(
+        found
+            .zip(left)
+            .iter()
+            .flat_map(|own| rows("samples", own.0, own.1)),
+    );
     let moved = moved(before, &spread.poses);
     let errors = if solution.is_absolute() {
         Some(moved.iter().map(|(_, error)| *error).collect())
@@ -598,13 +604,7 @@ fn found_and_left(case: &Case<'_>, solution: &Solution, spread: &Spread) -> Vec<
     };
     let Some(errors) = errors else { return lines };
     let errors: Vec<_> = errors.iter().map(|own| convention.vector(own)).collect();
-    let found = of_vectors(&errors);
-    let left = spread.sigmas();
-    lines.extend((0..4).map(|axis| FoundAndLeft {
-        over: "workspace",
-        of: AXES[axis],
-        found_mm: found[axis],
-        left_mm: [0.0, left[axis].0, left[axis].1],
-    }));
+    let left = spread.sigmas().map(|(rms, worst)| [0.0, rms, worst]);
+    lines.extend(rows("workspace", of_vectors(&errors), left));
     lines
 }

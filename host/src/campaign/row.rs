@@ -66,11 +66,6 @@ pub struct RobotResult {
 }
 
 impl RobotResult {
-    /// Whether the simulation produced a usable robot.
-    pub fn is_simulated(&self) -> bool {
-        self.status != NO_ROBOT
-    }
-
     /// Whether the calibration was accepted.
     pub fn is_accepted(&self) -> bool {
         self.status == ACCEPTED

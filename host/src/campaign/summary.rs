@@ -2,6 +2,7 @@
 
 use super::plan::Case;
 use super::row::{RobotResult, Row};
+use super::trial::NO_ROBOT;
 use crate::files::input::InputError;
 use crate::order;
 use serde::Serialize;
@@ -107,11 +108,8 @@ impl CaseSummary {
     }
 
     fn of(case: &Case, rows: &[&RobotResult]) -> Self {
-        let robots: Vec<_> = rows
-            .iter()
-            .copied()
-            .filter(|row| row.is_simulated())
-            .collect();
+        let mut robots = rows.to_vec();
+        robots.retain(|row| row.status != NO_ROBOT);
         let (accepted, others): (Vec<_>, Vec<_>) =
             robots.iter().copied().partition(|row| row.is_accepted());
         let mut refused = BTreeMap::new();

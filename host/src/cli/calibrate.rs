@@ -2,11 +2,10 @@
 
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
-use super::output::{self, command, deliver, now};
+use super::output::{self, Progress, command, deliver, now};
 use super::paths::{
     ColumnsArgument, given, is_toml, read_samples_texts, robot_path, without_table,
 };
-use super::progress::Progress;
 use crate::files::document::Document;
 use crate::files::example;
 use crate::files::length::length;
@@ -17,30 +16,6 @@ use crate::report::printer::PrinterReport;
 use crate::{Frame, InputText, Method, Options, Readings, RobotFile, calibrate, read_samples};
 use clap::{ArgMatches, Args};
 use std::path::{Path, PathBuf};
-
-pub(crate) const HELP: &str = "\
-SAMPLES.csv, in any mixture:
-  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm         positions
-  q1_deg,q2_deg,q3_deg,height_mm,plane        touches of a plate, gauge blocks
-  q1_deg,q2_deg,q3_deg,distance_mm,point      a ball bar, a wire
-  q1_deg,q2_deg,q3_deg,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg
-                                              a calliper, between two poses
-Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _counts, _m, _cm, _um, _in. sigma_mm or u_k2_mm weighs a row. Two files are \
-joined by a common column (name, number, time) or by order. Blank x, y or z: not measured, where 3 \
-rows and one in 10 have the same blanks; otherwise an error. - is not measured. use = 0 leaves a row out.
-
-σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
-
-A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or may make it \
-worse (chance above 5 %; without a [tolerance] 0.5 %; towers without x, y and z 50 %).
-
-A printer's configuration (or its folder) that holds heights stands for both files; SAMPLES.csv may be its console output.
-
-Examples:
-  delta-cal calibrate                             (the built-in example)
-  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
-  delta-cal calibrate robot.toml tracker.csv --frame sensor
-  delta-cal calibrate printer.cfg --rods 345mm --paste paste.cfg";
 
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {

@@ -1,9 +1,8 @@
 //! `delta-cal device`.
 
 use super::failure::Failure;
-use super::output::{deliver, refused};
-use super::paths::{ColumnsArgument, is_stream, read, robot_path};
-use super::progress::Progress;
+use super::output::{Progress, deliver, or_stream, refused};
+use super::paths::{ColumnsArgument, read, robot_path};
 use crate::accuracy::position_error::position_errors;
 use crate::device::report::{self, Report, hexadecimal, origin};
 use crate::device::{
@@ -28,48 +27,8 @@ use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
 
-const DEVICE_HELP: &str = "\
-Examples:
-  delta-cal device --port /dev/ttyACM0 status
-  delta-cal device --port /dev/ttyACM0 parameters --nominal --output robot.toml
-  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv
-  delta-cal device --port tcp:192.168.0.7:4000 apply calibrated.toml
-  delta-cal device --port /dev/ttyACM0 revert
-
-There is no authentication: whoever reaches a network port can change the robot. The controller keeps its parameters until --apply, apply or revert asks it for others. If the link \
-breaks or the command is interrupted after that, status shows which are in use. Repeating a command does no harm.";
-
-const CALIBRATE_HELP: &str = "\
-The controller takes the samples and solves while its control loop runs. This computer judges the \
-same samples and shows the report of delta-cal calibrate; what it refuses is not sent. ROBOT.toml \
-must be the controller's nominal robot, with [tolerance] and [noise]. A controller calibrates from \
-complete positions; for all other measurements use delta-cal calibrate, and send the result with \
-delta-cal device apply.
-
-Examples:
-  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv
-  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply
-  delta-cal device --port tcp:127.0.0.1:5555 calibrate
-      the built-in example, for the firmware of firmware-example";
-
-const APPLY_HELP: &str = "\
-CALIBRATED.toml is what delta-cal calibrate wrote with --output. The controller stores it like a \
-calibration of its own.
-
-Examples:
-  delta-cal calibrate robot.toml touches.csv --output calibrated.toml
-  delta-cal device --port /dev/ttyACM0 apply calibrated.toml";
-
-const PARAMETERS_HELP: &str = "\
-The controller knows only its geometry. [joints], [tolerance] and [noise] come from ROBOT.toml; \
-without it, correct [joints] in the output.
-
-Examples:
-  delta-cal device --port /dev/ttyACM0 parameters --nominal --output robot.toml
-  delta-cal device --port /dev/ttyACM0 parameters robot.toml --output now.toml";
-
 #[derive(Debug, Args)]
-#[command(after_help = DEVICE_HELP)]
+#[command(after_help = include_str!("help/device.txt"))]
 pub(crate) struct DeviceArguments {
     /// Address of the controller: a serial port (/dev/ttyACM0, COM3), tcp:HOST:PORT, or tcp:PORT on this computer
     #[arg(
@@ -97,10 +56,10 @@ pub(crate) struct DeviceArguments {
 #[derive(Debug, Subcommand)]
 enum DeviceCommand {
     /// Send samples, let the controller calibrate its robot, and show the result
-    #[command(after_help = CALIBRATE_HELP)]
+    #[command(after_help = include_str!("help/device-calibrate.txt"))]
     Calibrate(CalibrateArguments),
     /// Let the controller use a robot that was calibrated on this computer
-    #[command(after_help = APPLY_HELP)]
+    #[command(after_help = include_str!("help/device-apply.txt"))]
     Apply {
         /// The robot after calibration
         #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
@@ -109,7 +68,7 @@ enum DeviceCommand {
     /// Show what the controller is doing, and the state of its control loop and link
     Status,
     /// Write the geometry that the controller uses as a robot file
-    #[command(after_help = PARAMETERS_HELP)]
+    #[command(after_help = include_str!("help/device-parameters.txt"))]
     Parameters(ParametersArguments),
     /// Go back to the parameters before the last change, or to the nominal ones
     Revert {
@@ -203,11 +162,7 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
     };
     let report = report?.of(&port, &identity);
     let output = match &arguments.command {
-        DeviceCommand::Parameters(own) => match own.output.as_deref() {
-            // The robot file is itself the report.
-            None if !json.is_some_and(is_stream) => Some(Path::new("-")),
-            output => output,
-        },
+        DeviceCommand::Parameters(own) => or_stream(own.output.as_deref(), json),
         _ => None,
     };
     deliver(

@@ -1,8 +1,8 @@
 //! `delta-cal export`.
 
 use super::failure::Failure;
-use super::output::deliver;
-use super::paths::{ColumnsArgument, is_stream, read, robot_path};
+use super::output::{deliver, or_stream};
+use super::paths::{ColumnsArgument, read, robot_path};
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
 use crate::export::positions::{Wanted, bed};
@@ -16,34 +16,8 @@ use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
 use std::path::{Path, PathBuf};
 
-pub(crate) const HELP: &str = "\
-TARGET is one of:
-  klipper             rotary_delta, 14 parameters; with towers delta, 10
-  reprapfirmware      M669 K10 and M666, 16; with towers M665 and M666, 10
-  marlin              with towers: M665 and M666, 10 parameters
-  marlin-1.1          the same with one rod, 8 parameters
-  b-and-r             B&R mapp Motion, Delta/3AxesDeltaA, 18 parameters
-  linuxcnc            rotarydeltakins with home offsets, 6 parameters
-  linuxcnc-component  deltacalkins, all 24 parameters (docs/linuxcnc.md)
-  smoothieware        rotary_delta with M206, 7 parameters; with towers M665, 8
-  repetier            with towers: EEPROM settings, 10 parameters
-  fluidnc, grblhal, ucnc, delta-x, codesys
-                      four lengths, of which 3 count
-  structured-text     IEC 61131-3 function block with all 24 parameters
-  correction-table    CSV of position corrections on a grid, for any controller
-
-The target's parameters and a rigid motion are fitted, and the loss is stated. docs/export.md has the conventions.
-
-Examples:
-  delta-cal export calibrated.toml --for klipper --output delta.cfg
-  delta-cal export calibrated.toml --for reprapfirmware --home -52.5
-  delta-cal export calibrated.toml --for marlin --bed samples.csv \\
-      --home 720.9,720.6,721.2
-  delta-cal export calibrated.toml --for correction-table --nominal robot.toml \\
-      --limit 0.1mm --positions work.csv";
-
 #[derive(Debug, Args)]
-#[command(after_help = HELP)]
+#[command(after_help = include_str!("help/export.txt"))]
 pub(crate) struct ExportArguments {
     /// The calibrated robot
     #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
@@ -149,11 +123,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let found = target(&arguments.target, drive);
     let export = found.and_then(|target| case.export(target));
     let export = export.map_err(|error| failure(&input, arguments.positions.as_deref(), &error))?;
-    let output = match output {
-        // The exported lines are themselves the report.
-        None if !json_path.is_some_and(is_stream) => Some(Path::new("-")),
-        output => output,
-    };
+    let output = or_stream(output, json_path);
     deliver(
         &[(output, &export.to_text()), (json_path, &export.to_json())],
         export.summary() + "\n",

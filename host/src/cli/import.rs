@@ -11,28 +11,8 @@ use delta_cal::robot::Drive;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-pub(crate) const HELP: &str = "\
-CONTROLLER, if the file does not tell it, is one of:
-  klipper           printer.cfg: kinematics: delta or rotary_delta, and the
-                    measurements that DELTA_CALIBRATE and DELTA_ANALYZE saved
-  reprapfirmware    config.g or config-override.g: M665 or M669 K10, and M666
-  marlin            what M503 prints: M665 and M666, or Configuration.h
-  smoothieware      what M503 prints, or config
-  repetier          what M205 prints
-  fluidnc           its YAML file: parallel_delta
-  grblhal           what $$ prints, or the settings by name
-
-A folder stands for the printer.cfg or config.g in it.
-
-The program writes robot.toml and, if the configuration holds measurements, samples.csv. It never changes the configuration, \
-copies nothing from sections that the geometry does not need, and prints none of its lines.
-
-Examples:
-  delta-cal import klipper printer.cfg --rods 345mm --output mine
-  delta-cal import reprapfirmware config.g --output mine";
-
 #[derive(Debug, Args)]
-#[command(after_help = HELP)]
+#[command(after_help = include_str!("help/import.txt"))]
 pub(crate) struct ImportArguments {
     /// The configuration, after the name of its firmware where that is not evident
     #[arg(value_name = "[CONTROLLER] FILE", num_args = 1..=2, required = true)]

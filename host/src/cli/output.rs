@@ -1,14 +1,16 @@
 //! Output of commands: each file completely or not at all, several files all or none, and one output to standard output
-//! in place of the report.
+//! in place of the report; the progress of long commands.
 
 use super::failure::Failure;
 use super::paths::{folder_of, identity, is_stream};
 use crate::CalibrateError;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tempfile::{Builder, NamedTempFile, TempPath};
 
 /// Writes the files, then prints either the output meant for standard output, or the report and the names of the files.
@@ -28,6 +30,20 @@ pub(crate) fn deliver<C: AsRef<[u8]>>(
         let _ = writeln!(report, "Written: {}", path.display());
     }
     print(&report)
+}
+
+/// Where to write what is itself the report: to standard output if to no file, and if the JSON is not there.
+pub(crate) fn or_stream<'a>(output: Option<&'a Path>, json: Option<&Path>) -> Option<&'a Path> {
+    let free = !json.is_some_and(is_stream);
+    output.or(free.then_some(Path::new("-")))
+}
+
+/// Text that is printed, with what goes to no file below it.
+pub(crate) fn with_content(text: String, content: &str, output: Option<&Path>) -> String {
+    match output {
+        Some(_) => text,
+        None => format!("{text}\n{content}"),
+    }
 }
 
 /// Reports a refusal, which replaces the report of an earlier run where JSON is wanted; no other file is written.
@@ -220,6 +236,45 @@ pub(super) fn now() -> Result<u64, Failure> {
             "set it to whole seconds since the beginning of 1970, or unset it",
         )
     })
+}
+
+/// A progress bar, or a spinner for computations of unknown duration: on a terminal, nothing elsewhere. Removed when
+/// dropped.
+pub(super) struct Progress(ProgressBar);
+
+impl Progress {
+    fn new(template: &str) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Self(bar.with_finish(ProgressFinish::AndClear))
+    }
+
+    /// A bar; `what` is being counted, such as `robots`.
+    pub(super) fn bar(what: &str) -> Self {
+        Self::new(&format!(
+            "[{{bar:40}}] {{pos}}/{{len}} {what}, {{eta}} left"
+        ))
+    }
+
+    /// A spinner; `what` is being done, such as `planning 20 poses`.
+    pub(super) fn spinner(what: impl Into<Cow<'static, str>>) -> Self {
+        let own = Self::new("{spinner} {msg}, {elapsed}");
+        own.0.set_message(what);
+        own.0.enable_steady_tick(Duration::from_millis(200));
+        own
+    }
+
+    pub(super) fn show(&self, finished: u64, whole: u64) {
+        self.0.set_length(whole);
+        self.0.set_position(finished);
+    }
+
+    /// Shows what is being computed now.
+    pub(super) fn now(&self, what: &'static str) {
+        self.0.set_message(what);
+    }
 }
 
 #[cfg(test)]

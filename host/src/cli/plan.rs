@@ -2,9 +2,8 @@
 
 use super::failure::Failure;
 use super::import::{configuration, includes};
-use super::output;
+use super::output::{self, Progress, with_content};
 use super::paths::{ColumnsArgument, given, is_stream, read, robot_path, without_table};
-use super::progress::Progress;
 use crate::files::length::length;
 use crate::fit::datum::Datum;
 use crate::import::{Firmware, Stated};
@@ -17,24 +16,6 @@ use crate::report::plan as report;
 use crate::{Frame, InputError, InputText, Planned, Refused, RobotFile, read_joints};
 use clap::{ArgGroup, ArgMatches, Args};
 use std::path::{Path, PathBuf};
-
-pub(crate) const HELP: &str = "\
-POSES.csv is a samples file to fill in: drive to each row's joint angles, in this order, and write what you read into the empty \
-columns. Columns that begin with _ say what the nominal robot would read. The order is random, and the last \
-row repeats the first, so that a drift shows.
-
-ROBOT.toml states [noise], [tolerance], [planes.NAME] with blocks_mm, [points.NAME] and [distances] with length_mm.
-
---within takes a box x=-100..100,y=-100..100,z=-500..-400 or a cylinder r=200,z=-500..-400, mm in the robot's frame.
-
-Examples:
-  delta-cal plan robot.toml --count 20 --output poses.csv
-  delta-cal plan robot.toml --validation samples.csv --count 20 --seed 7
-  delta-cal plan robot.toml --limit 0.05mm --output poses.csv
-  delta-cal plan robot.toml --measure plane,distance=8 --count 40 \\
-      --output touches.csv
-  delta-cal plan robot.toml --samples samples.csv
-  delta-cal plan printer.cfg --count 16";
 
 const MOST_REPEATS: usize = 100;
 
@@ -155,10 +136,8 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
         let found = others(&request, &used).map_err(|error| failure(&robot, error, json))?;
         let rows = named(found);
         let csv = report::csv(&rows, &robot.convention);
-        let mut text = report::others(request.count, &robot.name, &path.display().to_string());
-        if output.is_none() {
-            text = format!("{text}\n{csv}");
-        }
+        let text = report::others(request.count, &robot.name, &path.display().to_string());
+        let text = with_content(text, &csv, output);
         let json_text = crate::report::json(&rows);
         return output::deliver(&[(output, &csv), (json, &json_text)], text);
     }
@@ -168,10 +147,7 @@ pub(crate) fn run(arguments: &PlanArguments, matches: &ArgMatches) -> Result<(),
     let mut planned = planned.map_err(|error| failure(&robot, error, json))?;
     planned.measurements = named(planned.measurements);
     let csv = report::csv(&planned.measurements, &robot.convention);
-    let mut text = report::text(&planned);
-    if output.is_none() {
-        text = format!("{text}\n{csv}");
-    }
+    let text = with_content(report::text(&planned), &csv, output);
     output::deliver(&[(output, &csv), (json, &report::json(&planned))], text)
 }
 
@@ -215,10 +191,7 @@ fn printer(
         lines.all(|line| line.starts_with(['G', ';']) || line == "PROBE")
     })?;
     let output = arguments.output.as_deref();
-    let said = match output {
-        Some(_) => said,
-        None => format!("{said}\n{commands}"),
-    };
+    let said = with_content(said, &commands, output);
     output::deliver(&[(output, &commands)], said)
 }
 

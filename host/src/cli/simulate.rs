@@ -1,8 +1,7 @@
 //! `delta-cal simulate`.
 
 use super::failure::Failure;
-use super::output::{self, deliver, print};
-use super::progress::Progress;
+use super::output::{self, Progress, deliver, print};
 use crate::campaign::{self, CaseSummary, EXAMPLE, Plan, paper, summarize};
 use crate::report;
 use crate::{InputError, InputText};
@@ -13,21 +12,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 const MOST: u64 = 1_000_000_000;
-
-pub(crate) const HELP: &str = "\
-A campaign is a range of robots: give each machine its own range, and summarise all files. The rows \
-are the same to the bit for any number of threads and in any ranges.
-
-The paper is T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy of parallel robots \
-- modeling and optimization\", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
-
-Examples:
-  delta-cal simulate
-      the built-in campaign
-  delta-cal simulate --example > campaign.toml
-  delta-cal simulate campaign.toml --count 0..1000 --output rows.csv
-  delta-cal simulate --summary rows*.csv --json summary.json
-  delta-cal simulate --paper --output results.csv";
 
 #[derive(Debug, Args)]
 pub(crate) struct SimulateArguments {

@@ -11,23 +11,6 @@ use crate::{Frame, InputText, Options, RobotFile, read_samples};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
-pub(crate) const HELP: &str = "\
-Measure some 20 poses that the calibration did not use, spread at random over the region in which the robot works. \
-CHECK.csv holds what delta-cal calibrate takes: positions, heights, distances. The stated [noise] is removed from the error.
-
-Planes, points and a frame that the robot file does not know are fitted first, with the robot as it is.
-
-Pass: the 95 % confidence interval of the rms position error ends below the limit. Fail: it begins above it. \
-Otherwise undecided, and the report says how many poses would decide. Not judged: an encoder slipped or the sensor moved \
-during the measurement; the report says at which line.
-
-Examples:
-  delta-cal validate calibrated.toml check.csv --limit 0.1mm
-  delta-cal validate calibrated.toml check.csv --limit 50um --report page.html
-  delta-cal validate calibrated.toml tracker.csv --limit 0.1mm --frame sensor
-  delta-cal validate calibrated.toml heights.csv --limit 0.1mm --json -
-  delta-cal validate robot.toml calibrated.toml   (what moved, beyond its σ?)";
-
 #[derive(Debug, Args)]
 #[command(
     override_usage = "delta-cal validate [OPTIONS] --limit <LENGTH> <ROBOT.toml> <CHECK.csv>\n       delta-cal validate [OPTIONS] --limit <LENGTH> <ROBOT.toml> <JOINTS.csv>\n           <POSITIONS.csv>\n       delta-cal validate <OLD.toml> <NEW.toml>"
@@ -122,14 +105,10 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
         &[(json_file, &json), (report_file, &page)],
         report::text(&found),
     )?;
-    match found.verdict {
-        Verdict::Pass => Ok(()),
-        Verdict::Fail => Err(Failure::not_passed("the robot fails its limit")),
-        Verdict::NotJudged => Err(Failure::not_passed(
-            "something moved during the measurement, so the robot is not judged",
-        )),
-        Verdict::Undecided => Err(Failure::not_passed(
-            "the measurements do not decide whether the robot meets its limit",
-        )),
-    }
+    Err(Failure::not_passed(match found.verdict {
+        Verdict::Pass => return Ok(()),
+        Verdict::Fail => "the robot fails its limit",
+        Verdict::NotJudged => "something moved during the measurement, so the robot is not judged",
+        Verdict::Undecided => "the measurements do not decide whether the robot meets its limit",
+    }))
 }

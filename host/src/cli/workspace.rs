@@ -1,9 +1,8 @@
 //! `delta-cal workspace`.
 
 use super::failure::Failure;
-use super::output::{self, deliver};
+use super::output::{self, Progress, deliver};
 use super::paths::{check, is_stream, robot_path};
-use super::progress::Progress;
 use crate::files::length::length;
 use crate::report::workspace;
 use crate::workspace::{Analysis, Options, WorkspaceError};
@@ -11,30 +10,8 @@ use crate::{InputError, InputText, RobotFile};
 use clap::Args;
 use std::path::PathBuf;
 
-const HELP: &str = "\
-The folder of --output receives:
-  boundary.csv   x_mm,y_mm,z_mm,kind: points of the boundary and what limits the
-                 robot there: joint_minimum_1, joint_maximum_1, forearm_angle_1,
-                 serial_singularity_1 (type 1), parallel_singularity_1 (type 2);
-                 1 to 3 is the arm
-  boundary.stl   the boundary as a mesh, in mm
-  influence.csv  displacement of each point along its outward normal for each
-                 parameter, in mm per mm and mm per degree
-  section.svg    the section y = 0 and the largest cylinder
-
-A position is reachable if the forward model leads to it from joint angles within [joints]. \
-Set forearm_max_deg in [joints] to respect the ball joints. The cylinders stand upright about the \
-base's z axis. With a [tolerance] the report includes the standard uncertainty of the boundary. \
-Lengths have a unit: 0.01mm, 5 mm, 1cm.
-
-Examples:
-  delta-cal init --output robot.toml
-  delta-cal workspace robot.toml
-  delta-cal workspace robot.toml --output workspace
-  delta-cal workspace robot.toml --spacing 5mm --json -";
-
 #[derive(Debug, Args)]
-#[command(after_help = HELP)]
+#[command(after_help = include_str!("help/workspace.txt"))]
 pub(crate) struct WorkspaceArguments {
     /// The robot
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]

@@ -92,6 +92,15 @@ impl Fault {
         }
     }
 
+    /// Of which only its words are known yet.
+    fn of(frame: Frame, [cause, remedy]: [String; 2]) -> Self {
+        Self {
+            cause,
+            remedy,
+            ..Self::none(frame)
+        }
+    }
+
     /// Signs and units of `other` refer to the file's columns, before these are reordered by this fault.
     pub(super) fn and(&self, other: &Self) -> Self {
         Self {
@@ -175,11 +184,7 @@ impl Files<'_> {
     /// Every fault tested, kind by kind. In the sensor's frame, which is found anyway, rotations are no faults, nor are
     /// cyclic exchanges, which are rotations by a Delta's threefold symmetry; all mirrored axes are equivalent.
     pub(super) fn faults(&self, frame: Frame) -> Vec<Vec<Fault>> {
-        let fault = |[cause, remedy]: [String; 2]| Fault {
-            cause,
-            remedy,
-            ..Fault::none(frame)
-        };
+        let fault = |words| Fault::of(frame, words);
         let mut orders = EXCHANGED.to_vec();
         let mut axes = vec![(UNCHANGED, [1.0, -1.0, 1.0])];
         if frame == Frame::Base {
@@ -251,22 +256,17 @@ impl Files<'_> {
         ];
         let of_readings = of_readings.map(|(others, cause, remedy)| Fault {
             others,
-            cause: format!("the {cause}"),
-            remedy,
-            ..Fault::none(Frame::Base)
+            ..Fault::of(Frame::Base, [format!("the {cause}"), remedy])
         });
-        let exchanged = EXCHANGED.map(|order| {
-            let words = self.order(order, Frame::Base);
-            (reordered(order, [1.0; 3]), words)
+        let exchanged = EXCHANGED.map(|order| Fault {
+            joints: reordered(order, [1.0; 3]),
+            ..Fault::of(Frame::Base, self.order(order, Frame::Base))
         });
-        let reversed = (-Matrix3::identity(), self.reversed([true; 3]));
+        let reversed = Fault {
+            joints: -Matrix3::identity(),
+            ..Fault::of(Frame::Base, self.reversed([true; 3]))
+        };
         let of_joints = exchanged.into_iter().chain([reversed]);
-        let of_joints = of_joints.map(|(joints, [cause, remedy])| Fault {
-            joints,
-            cause,
-            remedy,
-            ..Fault::none(Frame::Base)
-        });
         of_readings.into_iter().chain(of_joints)
     }
 
@@ -277,11 +277,8 @@ impl Files<'_> {
         let (mut on_blocks, mut lifted) = (self.readings.clone(), self.readings.clone());
         let (mut blocks, mut elsewhere) = (Vec::new(), Vec::new());
         for plane in &instruments.planes {
-            let index = self
-                .readings
-                .planes
-                .iter()
-                .position(|own| *own == plane.name);
+            let mut planes = self.readings.planes.iter();
+            let index = planes.position(|own| *own == plane.name);
             let off = |own: &Reading| {
                 let (_, height) = own.height.filter(|(plane, _)| Some(*plane) == index)?;
                 let target = self.readings.targets.get(own.target);
@@ -352,17 +349,17 @@ impl Files<'_> {
 
     /// The positions are in a frame at an unknown place.
     pub(super) fn elsewhere() -> Fault {
-        Fault {
-            cause: "the positions are in another frame than the robot's".to_owned(),
-            remedy: "use --frame sensor".to_owned(),
-            ..Fault::none(Frame::Sensor)
-        }
+        let cause = "the positions are in another frame than the robot's";
+        Fault::of(
+            Frame::Sensor,
+            [cause, "use --frame sensor"].map(str::to_owned),
+        )
     }
 
     /// Joint k's angle is in column `order[k]`, or the arms are in another order.
     fn order(&self, order: [usize; 3], frame: Frame) -> [String; 2] {
         let (robot, samples) = (&self.robot.name, self.joints_file());
-        let column = |joint: usize| format!("q{}{}", joint + 1, self.angle_unit());
+        let column = |joint| self.column(joint);
         let clockwise = frame == Frame::Sensor && order == EXCHANGED[0];
         let arms = self.robot.robot.arms();
         let azimuths = arms.each_ref().map(|arm| arm.get(Parameter::Theta));
@@ -581,18 +578,16 @@ impl Files<'_> {
         ]
     }
 
-    fn angle_unit(&self) -> &'static str {
-        if self.readings.in_degrees { "_deg" } else { "" }
+    /// The column of a joint, counted from 0: "q2_deg".
+    fn column(&self, joint: usize) -> String {
+        let unit = if self.readings.in_degrees { "_deg" } else { "" };
+        format!("q{}{unit}", joint + 1)
     }
 
     /// Names of the columns: "q2_deg and q3_deg".
     fn joints(&self, columns: [bool; 3]) -> String {
-        let names: Vec<_> = (1..)
-            .zip(columns)
-            .filter(|(_, named)| *named)
-            .map(|(joint, _)| format!("q{joint}{}", self.angle_unit()))
-            .collect();
-        list(&names)
+        let named = (0..3).filter(|joint| columns[*joint]);
+        list(&named.map(|joint| self.column(joint)).collect::<Vec<_>>())
     }
 }
 

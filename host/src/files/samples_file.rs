@@ -412,6 +412,12 @@ impl Readings {
         (count > 0.0).then(|| (count / sum).sqrt())
     }
 
+    /// The kind of all readings; `None` if there are several.
+    pub(crate) fn only_kind(&self) -> Option<Kind> {
+        let mut kinds = Kind::ALL.into_iter().filter(|kind| self.holds(*kind));
+        kinds.next().filter(|_| kinds.next().is_none())
+    }
+
     /// Whether a row has a reading of this kind.
     pub fn holds(&self, kind: Kind) -> bool {
         let mut rows = self.rows.iter();

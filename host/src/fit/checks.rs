@@ -12,39 +12,6 @@ pub(crate) fn checked(
     readings: &Readings,
     options: &Options,
 ) -> Result<(), InputError> {
-    check_method(robot, readings, options)?;
-    check_names(robot, readings)
-}
-
-/// Checks that the points of `[datum]` give the frame of complete positions.
-pub(crate) fn check_datum(
-    robot: &RobotFile,
-    readings: &Readings,
-    frame: Frame,
-) -> Result<(), InputError> {
-    if frame == Frame::Sensor
-        && let Some(missing) = readings.missing_datum(robot)
-    {
-        return Err(missing);
-    }
-    if Datum::of(robot, frame)?.is_none() {
-        return Ok(());
-    }
-    let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
-    if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {
-        return Err(readings.fault(index, "with [datum] a row needs all of x, y and z"));
-    }
-    Ok(())
-}
-
-fn check_method(
-    robot: &RobotFile,
-    readings: &Readings,
-    options: &Options,
-) -> Result<(), InputError> {
-    if !matches!(options.method, Some(Method::Joint | Method::Ikm)) {
-        return Ok(());
-    }
     let faults = [
         (
             options.frame == Frame::Sensor && robot.instruments.datum.is_empty(),
@@ -77,10 +44,33 @@ fn check_method(
             "use --method fkm",
         ),
     ];
-    match faults.into_iter().find(|(faulty, ..)| *faulty) {
-        Some((_, file, cause, remedy)) => Err(InputError::new(file, cause).with_remedy(remedy)),
-        None => Ok(()),
+    let of_positions = matches!(options.method, Some(Method::Joint | Method::Ikm));
+    let mut faults = faults.into_iter().filter(|_| of_positions);
+    if let Some((_, file, cause, remedy)) = faults.find(|(faulty, ..)| *faulty) {
+        return Err(InputError::new(file, cause).with_remedy(remedy));
     }
+    check_names(robot, readings)
+}
+
+/// Checks that the points of `[datum]` give the frame of complete positions.
+pub(crate) fn check_datum(
+    robot: &RobotFile,
+    readings: &Readings,
+    frame: Frame,
+) -> Result<(), InputError> {
+    if frame == Frame::Sensor
+        && let Some(missing) = readings.missing_datum(robot)
+    {
+        return Err(missing);
+    }
+    if Datum::of(robot, frame)?.is_none() {
+        return Ok(());
+    }
+    let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
+    if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {
+        return Err(readings.fault(index, "with [datum] a row needs all of x, y and z"));
+    }
+    Ok(())
 }
 
 /// Checks that the samples use every plane and point of the robot file.

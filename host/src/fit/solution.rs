@@ -188,11 +188,6 @@ impl Solution {
         self.robots(&(&self.covariance - self.beyond_expected * &self.of_readings))
     }
 
-    /// The part of the robot's covariance that the readings' noise makes.
-    pub(crate) fn of_robot_by_readings(&self) -> RobotCovariance {
-        self.robots(&self.of_readings)
-    }
-
     /// Number of unknowns that belong to the robot.
     pub(crate) const fn robot_unknowns(&self) -> usize {
         if self.transmissions {

@@ -221,11 +221,6 @@ impl PriorTest {
         self.probability < IMPROBABLE
     }
 
-    /// Whether the samples determine all parameters better than the tolerance does.
-    pub fn samples_decide(&self) -> bool {
-        self.combinations >= self.of
-    }
-
     /// The tolerance that agrees with the robot, `ratio` times the stated one.
     pub(crate) fn widened(&self, tolerance: &Tolerance<f64>) -> Option<Tolerance<f64>> {
         scaled(tolerance, self.ratio)

@@ -290,7 +290,9 @@ impl<'a> Search<'a> {
                 point = setup.points.get(instrument);
                 pose = self.as_far(&place, &pose, point?.lengths)?;
                 other = None;
-                if setup.on_table() && pose.position.z < place.z {
+                // Points of unknown place stand on a table, below the platform.
+                let on_table = setup.points.iter().all(|own| own.known.known.is_none());
+                if on_table && pose.position.z < place.z {
                     return None;
                 }
             }

@@ -141,10 +141,11 @@ impl Setup {
         };
         let at = pose.position + beside;
         let seen = self.places.frame.map_or(at, |frame| frame.apply(&at));
+        let turns = self.robot.instruments.orientation_noise.is_some();
         let asked = Reading {
             position: kind.coordinates().map(|read| read.then_some(0.0)),
             target,
-            turn: self.reads_turns(kind).then(Vector3::zeros),
+            turn: (turns && kind == Kind::XYZ).then(Vector3::zeros),
             ..Reading::at(pose.joints)
         };
         let named = name.filter(|name| matches!(kind, Kind::Position(_)) && *name != ONLY_TARGET);
@@ -162,11 +163,6 @@ impl Setup {
             point: None,
             reading: self.read(&self.robot.robot, &asked),
         }
-    }
-
-    /// Whether the instrument reads rotations beside positions.
-    fn reads_turns(&self, kind: Kind) -> bool {
-        self.robot.instruments.orientation_noise.is_some() && kind.coordinates() == [true; 3]
     }
 
     /// The set-up for a request: what the robot file states, and defaults for the rest. `within`: poses in the region.
@@ -360,11 +356,6 @@ impl Setup {
         let lowest = targets.reduce(f64::min).unwrap_or_default();
         let mut planes = facts.planes.iter();
         planes.all(|own| platform.z + lowest >= own.height + CLEAR * own.sigma)
-    }
-
-    /// Whether the points stand on a table, below the platform.
-    pub(super) fn on_table(&self) -> bool {
-        self.points.iter().all(|own| own.known.known.is_none())
     }
 
     /// A row with a robot's readings in place of its own; unchanged if that robot does not reach it.

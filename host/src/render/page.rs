@@ -101,7 +101,7 @@ impl Render for Table {
         let group = self.group.unwrap_or(usize::MAX);
         let table = html! {
             table.wide[self.columns.len() > WIDE].groups[self.group.is_some()] {
-                @if self.has_headings() {
+                @if self.columns.iter().any(|own| !own.heading.is_empty()) {
                     thead { tr { @for column in &self.columns { (heading(column)) } } }
                 }
                 @for rows in rows.chunks(group) {

@@ -236,18 +236,7 @@ fn refusals_change_nothing_and_say_why() {
     folder.write("towers.toml", TOWERS);
     let rods = "\n[parallelogram]\nspacing_mm = 60\n";
     folder.write("rods.toml", format!("{NOMINAL}{rods}"));
-    let table = "
-        calibrate bare.toml few.csv ⇒ 1 ⇒ few.csv | help:
-        calibrate robot.toml swapped.csv ⇒ 1 ⇒ swapped.csv | y, x, z | help:
-        calibrate touched.toml touches.csv ⇒ 3 ⇒ complete positions | delta-cal device apply
-        calibrate gears.toml samples.csv ⇒ 3 ⇒ cannot estimate transmissions | delta-cal device apply
-        calibrate single.toml samples.csv ⇒ 3 ⇒ [tolerance] lb_mm | one of angles | delta-cal device apply
-        calibrate longer.toml samples.csv ⇒ 3 ⇒ not the controller's nominal robot | parameters --nominal --output
-        calibrate longer.toml samples.csv ⇒ 3 ⇒ La_x of arm 1 is 260.010 mm in the file and 260.000 mm in the controller
-        apply other.toml ⇒ 3 ⇒ not the controller's robot
-        apply towers.toml ⇒ 3 ⇒ linear drives
-        apply rods.toml ⇒ 3 ⇒ correction table
-        ";
+    let table = include_str!("../refused/device-calibrate.txt");
     let command = format!("device --port {port} --json report.json");
     assert_refused(&folder, &command, table);
     let status = json(&folder, &port, "status");
@@ -261,19 +250,11 @@ fn refusals_change_nothing_and_say_why() {
 fn wrong_ports_are_explained_and_wrong_files_found_before_the_port_is_opened() {
     let folder = folder();
     folder.write("bad.csv", format!("{HEADER}1,2,3,4,5\n"));
-    let table = "
-        --port /dev/ttyNONE status ⇒ 5 ⇒ /dev/ttyNONE: cannot be opened | ls
-        --port tcp:127.0.0.1:1 status ⇒ 5 ⇒ tcp:127.0.0.1:1: cannot be opened | serial server
-        --port tcp:127.0.0.1:1 --baud 9600 status ⇒ 2 ⇒ --baud has no meaning | serial port
-        --port tcp:host status ⇒ 2 ⇒ invalid value | host and a port number
-        --port tcp:host:99999 status ⇒ 2 ⇒ invalid value | port number
-        status ⇒ 2 ⇒ --port is missing
-        --port tcp:127.0.0.1:1 calibrate none.toml samples.csv ⇒ 3 ⇒ none.toml:
-        --port tcp:127.0.0.1:1 calibrate robot.toml bad.csv ⇒ 3 ⇒ bad.csv:2:
-        --port tcp:127.0.0.1:1 calibrate robot.toml samples.csv --json samples.csv ⇒ 2 ⇒ is the same file as
-        --port tcp:127.0.0.1:1 parameters robot.toml --output robot.toml ⇒ 2 ⇒ is the same file as
-        ";
-    assert_refused(&folder, "device", table);
+    assert_refused(
+        &folder,
+        "device",
+        include_str!("../refused/device-commands.txt"),
+    );
 }
 
 #[test]

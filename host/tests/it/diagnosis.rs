@@ -109,29 +109,7 @@ fn positions(case: &mut Case, change: impl Fn(&mut Vector3<f64>)) {
 }
 
 /// A fault, the frame in which it shows if only one, and the expected diagnosis.
-const FAULTS: &str = "
-    q1 and q2 exchanged ⇒ ⇒ q1_deg and q2_deg, or arm 1 and arm 2, are exchanged
-    q1, q2, q3 in turn ⇒ base ⇒ joints 1, 2, 3 are in q3_deg, q1_deg and q2_deg
-    sign of q2 ⇒ ⇒ the sign of the joint angles in q2_deg is wrong
-    signs of all joints ⇒ ⇒ all joint angles have the wrong sign
-    radians as degrees ⇒ ⇒ are in radians, but the header says degrees
-    degrees as radians ⇒ ⇒ are in degrees, but the header says radians
-    metres as millimetres ⇒ ⇒ the positions are in metres, but the header says millimetres
-    millimetres as metres ⇒ ⇒ the positions are in millimetres, but the header says metres
-    millimetres as micrometres ⇒ ⇒ the positions are in millimetres, but the header says micrometres
-    inches as millimetres ⇒ ⇒ the positions are in inches
-    mirrored ⇒ base ⇒ x has the wrong sign, so the frame is mirrored (left-handed)
-    mirrored ⇒ sensor ⇒ the sensor frame is mirrored (left-handed)
-    upside down ⇒ base ⇒ 180° about x, upside down
-    x and y exchanged ⇒ base ⇒ the robot's x, y, z are the file's y, x, z, so the frame is mirrored
-    x, y, z in turn ⇒ base ⇒ the robot's x, y, z are the file's y, z, x, so the frame is rotated
-    tracker's frame ⇒ sensor ⇒ the positions are in another frame than the robot's
-    tracker's frame, mirrored ⇒ sensor ⇒ left-handed | another frame than the robot's
-    one joint in radians ⇒ ⇒ the joint angles in q3_deg are in radians
-    lengths of two arms ⇒ base ⇒ forearms of arm 2 and arm 3 are exchanged
-    positions one row above ⇒ ⇒ one row above its joints
-    metres, q1 and q2 exchanged ⇒ ⇒ q1_deg and q2_deg, or arm 1 and arm 2, are exchanged | the positions are in metres
-    ";
+const FAULTS: &str = include_str!("../refused/whole-files.txt");
 
 fn spoil(case: &mut Case, fault: &str) {
     match fault {

@@ -24,7 +24,7 @@ const FINDINGS: [&str; 3] = [
 ];
 /// Headings, files and functions of the messages that have none.
 const OF_FUNCTIONS: [(&str, &str, &str); 6] = [
-    ("", "calibration/calibrate.rs", "check"),
+    ("", "calibration.rs", "check"),
     (
         "Refusals of a printer's configuration",
         "report/printer.rs",
@@ -250,14 +250,9 @@ fn index() -> String {
         }
     }
     text.push_str("\n## Causes\n\n| cause | says | what to do |\n| --- | --- | --- |\n");
-    let words = tokens("effects/words.rs");
-    for arm in function(&words, "words").split(|own| *own == Token::Arm) {
-        if let [Token::Text(name), Token::Text(noun), Token::Text(remedy)] = arm
-            && noun.contains(' ')
-            && !name.contains(' ')
-        {
-            writeln!(text, "| `{name}` | {noun} | {remedy} |").unwrap();
-        }
+    for line in source("effects/words.txt").lines() {
+        let (name, words) = line.split_once(" | ").expect("a cause");
+        writeln!(text, "| `{name}` | {words} |").unwrap();
     }
     text.push_str("\n## Refusals of a calibration\n\n| says and what to do |\n| --- |\n");
     let refusal = tokens("calibration/refusal.rs");

@@ -183,17 +183,7 @@ fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
     assert_refused(&folder, "plan robot.toml --accuracy", table);
 }
 
-const REGIONS: &str = "
-    r=500,z=-710..-705 ⇒ 2 ⇒ too few usable poses
-    x=900..950,y=0..10,z=-400..-300 ⇒ 2 ⇒ the robot reaches at most x
-    z=-500..-400 ⇒ 2 ⇒ x and y
-    r=10 ⇒ 2 ⇒ has r and z
-    r=-10,z=-500..-400 ⇒ 2 ⇒ greater than 0
-    x=5..1,y=0..1,z=-5..-4 ⇒ 2 ⇒ the smaller number comes first
-    r=10,z=-500..abc ⇒ 2 ⇒ 'abc' is not a number
-    r=10,r=10,z=-500..-400 ⇒ 2 ⇒ r is given twice
-    q=10,z=-500..-400 ⇒ 2 ⇒ 'q' is not one of
-    ";
+const REGIONS: &str = include_str!("../refused/regions.txt");
 
 #[test]
 fn what_cannot_be_planned_is_refused_with_its_cause() {
@@ -208,28 +198,7 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
     folder.write("blocks.toml", format!("{NOMINAL}{KNOWN}{blocks}"));
     let lengths = "[points.A]\nlength_mm = [300, 100]\n";
     folder.write("lengths.toml", format!("{NOMINAL}{KNOWN}{lengths}"));
-    let table = "
-        robot.toml --count 3 ⇒ 2 ⇒ --count must be 4 to 500
-        robot.toml --count 5000 ⇒ 2 ⇒ --count must be 4 to 500
-        robot.toml ⇒ 2 ⇒ --count
-        robot.toml --count -3 ⇒ 2 ⇒ a whole number is needed
-        robot.toml --limit -1mm ⇒ 2 ⇒ length
-        robot.toml --limit 1mm --count 12 ⇒ 2 ⇒ cannot be used with
-        robot.toml --count 12 --measure plate ⇒ 2 ⇒ 'plate' is not
-        robot.toml --count 12 --measure plane,plane ⇒ 2 ⇒ given twice
-        robot.toml --count 12 --measure plane=0 ⇒ 2 ⇒ whole number above 0
-        robot.toml --count 8 --measure plane=3,distance=2 ⇒ 2 ⇒ only 5 measurements
-        robot.toml --count 12 --measure plane --frame sensor ⇒ 2 ⇒ for coordinates
-        robot.toml --count 12 --absolute --frame sensor ⇒ 2 ⇒ state [datum.NAME] | plan for the relative error
-        robot.toml --limit 0.05mm --absolute --frame sensor ⇒ 2 ⇒ state [datum.NAME]
-        deep.toml --count 12 --measure plane ⇒ 2 ⇒ no reachable pose
-        blocks.toml --count 12 ⇒ 3 ⇒ a gauge block is 0 mm
-        lengths.toml --count 12 ⇒ 3 ⇒ length_mm
-        bare.toml --count 12 --within x=0..1,y=0..1,z=-401..-400 ⇒ 1 ⇒ do not determine
-        bare.toml --count 12 --measure plane ⇒ 1 ⇒ do not determine
-        narrow.toml --count 12 ⇒ 3 ⇒ no usable pose
-        missing.toml --count 12 ⇒ 3 ⇒ missing.toml
-        ";
+    let table = include_str!("../refused/plans.txt");
     assert_refused(&folder, "plan --output poses.csv", table);
     assert_refused(&folder, "plan robot.toml --count 12 --within", REGIONS);
     let table = "

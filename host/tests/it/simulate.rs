@@ -5,16 +5,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Two scenarios, eight calibration settings; some robots are refused.
-const CAMPAIGN: &str = "\
-robots = 37
-seed = 5
-poses = [8, 20]
-start_errors = [{ length_mm = 1, angle_deg = 1 }]
-noise_levels = [{ position_mm = 0.02, joint_deg = 0.01 }]
-methods = [\"ikm\", \"fkm\"]
-solvers = [\"lm\", \"gn\"]
-prior = [true, false]
-";
+const CAMPAIGN: &str = include_str!("../files/campaign.toml");
 
 type Cells = BTreeMap<String, String>;
 
@@ -277,31 +268,7 @@ fn exact_measurements_have_no_bound_and_return_every_robot() {
 }
 
 /// The text to replace in the campaign, its replacement, the line of the error, and the message.
-const WRONG: &str = r#"
-    robots = 37 ⇒ robots = 0 ⇒ 1: | 0 is not a whole number from 1
-    robots = 37 ⇒ robots = 3.5 ⇒ 1: | expected a whole number
-    robots = 37\n ⇒  ⇒ 1: | missing key `robots`
-    seed = 5 ⇒ seed = -5 ⇒ 2: | -5 is not a whole number
-    seed = 5 ⇒ sead = 5 ⇒ 2: | unknown key `sead`
-    [8, 20] ⇒ [8, 0] ⇒ 3: | 0 is not a whole number
-    [8, 20] ⇒ [] ⇒ 3: | the list is empty
-    [8, 20] ⇒ [8, 8] ⇒ 3: | duplicate entry
-    [8, 20] ⇒ 20 ⇒ 3: | list in brackets
-    length_mm = 1 ⇒ length_mm = -1 ⇒ 4: | -1 is not a finite number
-    length_mm = 1 ⇒ length_mm = nan ⇒ 4: | NaN is not a finite number
-    angle_deg = 1 ⇒ angle = 1 ⇒ 4: | unknown key `angle`
-    , angle_deg = 1 ⇒  ⇒ 4: | missing key `angle_deg`
-    length_mm = 1, angle_deg = 1 ⇒ length_mm = 0, angle_deg = 0 ⇒ start_errors: | nothing to calibrate
-    angle_deg = 1 ⇒ angle_deg = 1, radius_mm = 1 ⇒ start_errors: | no towers
-    angle_deg = 1 ⇒ angle_deg = 0 ⇒ start_errors: | a prior needs
-    position_mm = 0.02 ⇒ position_mm = inf ⇒ 5: | inf is not a finite number
-    position_mm = 0.02 ⇒ position_mm = 0,02 ⇒ 5:
-    position_mm = 0.02 ⇒ position_mm = 0 ⇒ noise_levels: | position_mm is 0
-    joint_deg ⇒ joint_mm ⇒ noise_levels: | joint noise is joint_deg
-    "fkm" ⇒ "fmk" ⇒ 6: | unknown variant `fmk`
-    prior = [true, false] ⇒ prior = [] ⇒ 8: | the list is empty
-    prior = [true, false] ⇒ robot = "no.toml" ⇒ robot: | cannot be read
-    "#;
+const WRONG: &str = include_str!("../refused/campaigns.txt");
 
 #[test]
 fn wrong_campaign_files_are_refused_with_place_and_cause() {
@@ -319,22 +286,7 @@ fn wrong_campaign_files_are_refused_with_place_and_cause() {
     }
 }
 
-const WRONG_COMMANDS: &str = "
-    campaign.toml --robots 5..5 ⇒ 2 ⇒ empty range
-    campaign.toml --robots 5 ⇒ 2 ⇒ 0..1000
-    campaign.toml --json campaign.toml ⇒ 2 ⇒ same file
-    campaign.toml --output a.csv --json a.csv ⇒ 2 ⇒ same file
-    campaign.toml --output - --json - ⇒ 2 ⇒ standard output
-    campaign.toml --output no/a.csv ⇒ 4 ⇒ there is no folder
-    campaign.toml --paper ⇒ 2 ⇒ cannot be used with
-    --summary rows.csv --json rows.csv ⇒ 2 ⇒ same file
-    --summary rows.csv rows.csv ⇒ 3 ⇒ rows.csv:2: robot 0 of this case is a duplicate
-    --summary none.csv ⇒ 3 ⇒ none.csv: cannot be read
-    --summary other.csv ⇒ 3 ⇒ other.csv:1: the header is not
-    --summary damaged.csv ⇒ 3 ⇒ damaged.csv:
-    --summary short.csv ⇒ 3 ⇒ short.csv:33:
-    seven.toml ⇒ 3 ⇒ planned = [true]:
-    ";
+const WRONG_COMMANDS: &str = include_str!("../refused/simulations.txt");
 
 #[test]
 fn wrong_command_lines_and_files_of_rows_are_refused() {

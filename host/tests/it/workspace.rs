@@ -517,16 +517,9 @@ fn a_workspace_that_is_none_and_wrong_options_are_refused() {
     folder.write("robot.toml", NOMINAL);
     folder.write("short.toml", short);
     folder.write("tight.toml", tight);
-    let table = "
-        short.toml --output out ⇒ 3 ⇒ forearms do not meet | [joints]
-        tight.toml --output out ⇒ 3 ⇒ the workspace is empty | forearm_max_deg forbids
-        robot.toml --limit 0mm ⇒ 2 ⇒ --limit | greater than 0
-        robot.toml --spacing=-3mm ⇒ 2 ⇒ --spacing | greater than 0
-        robot.toml --spacing 0.01mm ⇒ 2 ⇒ 0.01mm is too small | minimum
-        robot.toml --spacing 5m ⇒ 3 ⇒ thinner | smaller --spacing
-        robot.toml --output - ⇒ 2 ⇒ --output needs | folder
-        robot.toml --json robot.toml ⇒ 2 ⇒ --json robot.toml is the same file | robot file
-        robot.toml --output robot.toml ⇒ 4 ⇒ robot.toml | error
-        ";
-    assert_refused(&folder, "workspace", table);
+    assert_refused(
+        &folder,
+        "workspace",
+        include_str!("../refused/workspace.txt"),
+    );
 }

@@ -160,10 +160,15 @@ impl<T: Number, F: NorFlash, S: NorFlash> Driver<T, F, S> {
     }
 
     pub(crate) fn parameters(&mut self) -> Parameters<T> {
-        match self.ask(&Request::Parameters(ParameterSet::Current)) {
-            Response::Parameters(parameters) => parameters,
-            response => panic!("{response:?}"),
-        }
+        accepted(self.ask(&Request::Parameters(ParameterSet::Current)))
+    }
+}
+
+/// The parameters that are in use after a request.
+pub(crate) fn accepted<T: Number>(answer: Response<T>) -> Parameters<T> {
+    match answer {
+        Response::Parameters(parameters) => parameters,
+        answer => panic!("{answer:?}"),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is in use: applied, gone back from, and kept over restarts.
 
-use crate::controller::driver::{Driver, Flash, samples};
+use crate::controller::driver::{Driver, Flash, accepted, samples};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal_controller::{ControlLoop, Path};
 use delta_cal_firmware_example::{Circle, limits};
@@ -26,9 +26,7 @@ fn only_the_result_that_is_meant_is_applied() {
     assert!(driver.controller.take_switch().is_none());
 
     let applied = driver.apply(9, fingerprint);
-    let Response::Parameters(parameters) = applied else {
-        panic!("{applied:?}")
-    };
+    let parameters = accepted(applied);
     assert_eq!(parameters.origin, Origin::Calibration);
     assert_eq!(parameters.geometry.fingerprint(), fingerprint);
     let switch = driver.controller.take_switch().expect("new parameters");
@@ -107,9 +105,7 @@ fn going_back_needs_the_number_of_what_is_there() {
         }
         driver.controller.take_switch();
         let reverted = driver.ask(&Request::Revert { from, to });
-        let Response::Parameters(parameters) = reverted else {
-            panic!("{reverted:?}")
-        };
+        let parameters = accepted(reverted);
         assert_eq!(parameters.geometry.fingerprint(), there);
         assert_eq!(parameters.origin, origin);
         let switch = driver.controller.take_switch().expect("new parameters");
@@ -125,7 +121,7 @@ fn going_back_twice_is_going_back_once() {
         let (mut driver, [_, second]) = applied_twice();
         let from = driver.parameters().generation;
         let once = driver.revert(to);
-        assert!(matches!(once, Response::Parameters(_)), "{once:?}");
+        accepted(once);
         assert_ne!(driver.controller.current().fingerprint, second);
         driver.controller.take_switch();
         // Asked for once more, and the same request again whose answer was lost.
@@ -180,9 +176,7 @@ fn a_geometry_from_elsewhere_is_stored_and_used() {
     assert!(driver.controller.take_switch().is_none());
 
     let adopted = driver.ask(&adopt(0, geometry));
-    let Response::Parameters(parameters) = adopted else {
-        panic!("{adopted:?}")
-    };
+    let parameters = accepted(adopted);
     assert_eq!(
         (parameters.origin, parameters.geometry),
         (Origin::Calibration, geometry)
@@ -203,9 +197,7 @@ fn a_geometry_from_elsewhere_is_stored_and_used() {
 
     let mut restarted = Driver::<f32, _>::start(flash);
     assert_eq!(restarted.parameters().geometry, geometry);
-    let Response::Parameters(before) = restarted.revert(RevertTo::Previous) else {
-        panic!("not reverted")
-    };
+    let before = accepted(restarted.revert(RevertTo::Previous));
     assert_eq!(before.geometry.fingerprint(), there);
 }
 
@@ -241,10 +233,7 @@ fn only_the_controllers_robot_is_adopted() {
         let geometry = changed(index, by);
         let answer = driver.ask(&Request::Adopt { from: 0, geometry });
         if adopted {
-            assert!(
-                matches!(answer, Response::Parameters(_)),
-                "{index} {by}: {answer:?}"
-            );
+            accepted(answer);
         } else {
             assert_eq!(answer, Response::Fault(Fault::OtherRobot), "{index} {by}");
             assert!(driver.controller.take_switch().is_none());
@@ -271,7 +260,7 @@ fn a_robot_that_cannot_be_where_the_platform_is_is_refused() {
     assert_eq!(driver.parameters().origin, Origin::Nominal);
     control.motion = Motion::Unreachable;
     driver.controller.set_control(control);
-    assert!(matches!(driver.ask(&adopt), Response::Parameters(_)));
+    accepted(driver.ask(&adopt));
 }
 
 #[test]
@@ -283,17 +272,14 @@ fn changes_are_as_rare_as_the_flash_lasts() {
         driver.ask(&Request::Adopt { from, geometry })
     };
     for number in 1..=60 {
-        assert!(matches!(
-            change(&mut driver, number),
-            Response::Parameters(_)
-        ));
+        accepted(change(&mut driver, number));
     }
     assert_eq!(change(&mut driver, 61), Response::Fault(Fault::TooOften));
     // The same again wears nothing.
-    assert!(matches!(change(&mut driver, 60), Response::Parameters(_)));
+    accepted(change(&mut driver, 60));
     let mut control = driver.status().control;
     (control.turns_a_second, control.turns) = (50, 60 * 50);
     driver.controller.set_control(control);
-    assert!(matches!(change(&mut driver, 61), Response::Parameters(_)));
+    accepted(change(&mut driver, 61));
     assert_eq!(change(&mut driver, 62), Response::Fault(Fault::TooOften));
 }

@@ -160,23 +160,8 @@ fn samples(report: &Report) -> Table {
 }
 
 /// What the parameters of arms that motors turn mean, and those of towers.
-const TERMS: &str = "\
-Dx, Dy, Dz: a point on the motor axis, in the robot's frame; mm
-θ (theta): azimuth of the arm about z; degrees
-α (alpha): tilt of the motor axis out of the base plane; degrees
-La_x, La_y: the upper arm at joint angle 0, outwards and along z; mm
-Upper arm, joint zero: the same as a length, and as the angle to level, positive towards z; mm, degrees
-Lb: length of the forearm; mm
-X, q: the platform point; the joint angle, 0 with the upper arm level
-σ: standard uncertainty, one standard deviation, marginal over everything that was estimated";
-
-const TOWER_TERMS: &str = "\
-Dx, Dy: where a tower stands, less the distance of its rod's joint from the platform's centre; mm
-Dz: height of the carriage at travel 0, which holds the end stop; mm
-lean_x, lean_y: lean of a tower along x and y; degrees
-scale: travel of a carriage in parts of what the controller commands
-Lb: length of the rods; mm
-σ: standard uncertainty, one standard deviation, marginal over everything that was estimated";
+const TERMS: &str = include_str!("terms.txt");
+const TOWER_TERMS: &str = include_str!("tower-terms.txt");
 
 /// Explains the parameters, with a drawing of an arm.
 fn glossary(drive: Drive) -> Section {

@@ -27,64 +27,13 @@ pub(crate) const KEYS: [&str; 8] = [
     "lb_mm",
 ];
 
-macro_rules! nominal {
-    () => {
-        "\
-[nominal]
-base_radius_mm = 194
-platform_radius_mm = 30
-upper_arm_mm = 260
-forearm_mm = 480
-
-[joints]
-min_deg = -60
-max_deg = 90
-"
-    };
-}
-
-pub(crate) const NOMINAL: &str = nominal!();
-
+pub(crate) const NOMINAL: &str = include_str!("../../files/nominal.toml");
 /// A robot with towers.
-pub(crate) const TOWERS: &str = "\
-[nominal]
-kind = \"linear\"
-tower_radius_mm = 140
-forearm_mm = 330
-
-[joints]
-min_mm = 100
-max_mm = 600
-
-[tolerance]
-length_mm = 0.5
-angle_deg = 0.17
-scale = 0.001
-zero_mm = 5
-
-[noise]
-position_mm = 0.02
-height_mm = 0.02
-distance_mm = 0.1
-joint_mm = 0
-";
-
+pub(crate) const TOWERS: &str = include_str!("../../files/towers.toml");
+/// A robot that is measured with a plate, a wire or a bar.
+pub(crate) const TO_MEASURE: &str = include_str!("../../files/to-measure.toml");
 pub(crate) const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n";
 pub(crate) const TOLERANCE: &str = "\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n";
-
-/// A robot that is measured with a plate, a wire or a bar.
-pub(crate) const TO_MEASURE: &str = concat!(
-    nominal!(),
-    "\
-[tolerance]
-length_mm = 0.5
-angle_deg = 0.2
-[noise]
-joint_deg = 0.002
-height_mm = 0.02
-distance_mm = 0.02
-"
-);
 
 pub(crate) const HEADER: &str = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n";
 
@@ -336,7 +285,8 @@ pub(crate) fn assert_fails(robot: impl AsRef<[u8]>, samples: impl AsRef<[u8]>, e
     assert_eq!(folder.read("report.json"), "of yesterday");
 }
 
-/// The cases of a table, one a line: three cells that ⇒ separates, with `\n` for the end of a line.
+/// The cases of a table, such as those in `tests/refused`, one a line: three cells that ⇒ separates, with `\n` for the end of a
+/// line.
 pub(crate) fn cases(table: &str) -> Vec<[String; 3]> {
     let lines = table.lines().filter(|line| !line.trim().is_empty());
     let case = |line: &str| {

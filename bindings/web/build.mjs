@@ -1,5 +1,5 @@
 // Builds the page into dist/ and as one file, delta-cal.html: `node bindings/web/build.mjs`. Needs cargo with the target
-// wasm32-unknown-unknown, and `npm ci` in this folder.
+// wasm32-unknown-unknown, xz, and `npm ci` in this folder.
 
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -9,7 +9,6 @@ import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, gzipSync } from "node:zlib";
 import bundler from "esbuild";
-import lzma from "lzma/src/lzma_worker.js";
 import { unpacked } from "./page/unpack.js";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
@@ -20,6 +19,8 @@ const DIST = join(HERE, "dist");
 const FLAGS = `-Cllvm-args=-inline-threshold=8 -Cllvm-args=-inlinehint-threshold=50 --remap-path-prefix=${process.env.CARGO_HOME ?? join(homedir(), ".cargo")}=.`;
 /** Of everything together, compressed as all static hosts do it: with gzip. */
 const LARGEST = 720_000;
+/** Where the header of an `.lzma` file states how long its content is. */
+const LENGTH_AT = 5;
 const EXAMPLES = ["paper-robot/robot.toml", "paper-robot/samples.csv", "circle-sheet/robot.toml", "circle-sheet/samples.csv", "printer/printer.cfg"];
 
 function run(program, ...values) {
@@ -45,7 +46,10 @@ const module = join(DIST, "delta_cal_web_bg.wasm");
 const features = ["--enable-bulk-memory", "--enable-nontrapping-float-to-int", "--enable-sign-ext", "--enable-mutable-globals", "--enable-reference-types", "--enable-multivalue", "--enable-simd"];
 run("node", join(HERE, "node_modules/binaryen/bin/wasm-opt"), "-Os", "-Os", "--strip-producers", ...features, module, "-o", module);
 const optimised = readFileSync(module);
-const packed = Uint8Array.from(lzma.LZMA.compress(optimised, 9));
+// In a program the byte before predicts more than the place does: with these settings it is half a percent smaller.
+const packed = execFileSync("xz", ["--format=lzma", "--lzma1=preset=9e,lc=4,pb=0", "--stdout", module], { maxBuffer: 2 * LARGEST });
+// xz states no length.
+packed.writeBigUInt64LE(BigInt(optimised.length), LENGTH_AT);
 if (!optimised.equals(unpacked(packed))) throw new Error("the program is not what was packed");
 writeFileSync(join(DIST, "delta_cal_web.lzma"), packed);
 rmSync(module);

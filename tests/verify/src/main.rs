@@ -167,9 +167,10 @@ const PROGRAMS: [(&str, &str); 5] = [
     ("cmake", "cmake"),
     ("pkg-config", "pkg-config"),
 ];
-const FOR_WEB: [(&str, &str); 4] = [
+const FOR_WEB: [(&str, &str); 5] = [
     ("node", "nodejs"),
     ("npm", "npm"),
+    ("xz", "xz-utils"),
     ("python3", "python3"),
     ("chromium", "chromium"),
 ];

@@ -22,11 +22,8 @@ const FOREARM: usize = 9;
 /// Checks that a σ is greater than 0 and within its range.
 pub(crate) fn positive<T: Real, E>(sigma: T, error: E) -> Result<(), E> {
     let [least, most] = T::SIGMAS;
-    if sigma >= least && sigma <= most {
-        Ok(())
-    } else {
-        Err(error)
-    }
+    let is_within = (least..=most).contains(&sigma);
+    is_within.then_some(()).ok_or(error)
 }
 
 impl<T: Real> Tolerance<T> {
@@ -80,9 +77,7 @@ impl<T: Real> Tolerance<T> {
             (_, ParameterKind::Ratio) => SettingError::ScaleTolerance,
         };
         positive(sigma, error)?;
-        if let Some(own) = self.own.get_mut(parameter.index()) {
-            *own = sigma;
-        }
+        self.own[parameter.index()] = sigma;
         Ok(self)
     }
 
@@ -154,13 +149,22 @@ impl<T: Real> Tolerance<T> {
     /// Variance of the distance between elbow and platform, less the forearm, over robots made to the tolerance, in
     /// units of a length similar to the forearm's, which is also the lever of the angles.
     pub(crate) fn of_closure(&self, drive: Drive, unit: T) -> T {
-        let (mut lengths, mut angles) = (T::ZERO, self.joint_zero.map_or(T::ZERO, T::squared));
+        // A rotary arm has six lengths and two angles, a tower four, and two angles and a scale.
+        let [of_lengths, of_angles] = match drive {
+            Drive::Rotary => [6.0, 2.0],
+            Drive::Linear => [4.0, 3.0],
+        };
+        let mut lengths = self.length.squared() * T::from_f64(of_lengths);
+        let mut angles = self.angle.squared() * T::from_f64(of_angles);
+        angles += self.joint_zero.map_or(T::ZERO, T::squared);
         for parameter in drive.parameters() {
-            let sum = match parameter.kind() {
-                ParameterKind::Length => &mut lengths,
-                ParameterKind::Angle | ParameterKind::Ratio => &mut angles,
-            };
-            *sum += self.of(*parameter).squared();
+            if let Some(own) = self.single(*parameter) {
+                let (sum, usual) = match parameter.kind() {
+                    ParameterKind::Length => (&mut lengths, self.length),
+                    ParameterKind::Angle | ParameterKind::Ratio => (&mut angles, self.angle),
+                };
+                *sum += own.squared() - usual.squared();
+            }
         }
         if drive == Drive::Linear {
             lengths += self.radius().squared() + self.forearm().squared();
@@ -170,8 +174,7 @@ impl<T: Real> Tolerance<T> {
 
     /// σ of a parameter, without the common radius and forearm length. Length, radians or no unit.
     pub fn of(&self, parameter: Parameter) -> T {
-        let own = self.single(parameter);
-        own.unwrap_or(match parameter.kind() {
+        self.single(parameter).unwrap_or(match parameter.kind() {
             ParameterKind::Length => self.length,
             ParameterKind::Angle | ParameterKind::Ratio => self.angle,
         })

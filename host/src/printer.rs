@@ -16,7 +16,9 @@ use crate::import::{Firmware, Imported, Includes, Stated, kept, lengths, print_w
 pub use area::{ACROSS, Better, Map, Off};
 use area::{bed, radius_of};
 pub use assess::{Printer, as_printed};
-pub(crate) use contradiction::{DOUBTFUL, bad_touch, contradicted_length, contradicting};
+pub(crate) use contradiction::{
+    DOUBTFUL, bad_touch, contradicted_length, contradicting, lack_of_fit, worst_reading,
+};
 pub use effector::{Differing, Effector};
 pub use next::{Next, touches_of_bed};
 pub use notes::Change;

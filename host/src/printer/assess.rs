@@ -1,22 +1,19 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
 use super::area::{Better, ON_THE_BED, Off, Uncertain, poses, radius_of, too_few, touches};
+use super::contradiction::{lack_of_fit, worst_reading};
 use super::effector::Effector;
 use super::next::{Next, next};
 use super::notes::{Change, crash, notes};
 use super::shape::Uneven;
 use crate::accuracy::information::prior;
-use crate::effects::EffectKind;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
 use crate::export::positions::{Loss, Place, Wanted};
 use crate::export::target::{Target, Written};
 use crate::export::{Case, Settings, held, target};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Kind;
 use crate::fit::Solution;
-use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, USUAL_TOUCH};
-use crate::fit::solution::RowFit;
 use crate::import::{Firmware, Imported, SHRINKAGE, lowered};
 use delta_cal::Robot;
 use nalgebra::Vector3;
@@ -227,8 +224,8 @@ impl Printer {
             heights,
             distances,
             bed_radius_mm: radius,
-            lack_of_fit: Self::noise(solution),
-            fits_worst: Self::worst(imported, solution),
+            lack_of_fit: lack_of_fit(solution),
+            fits_worst: worst_reading(imported, solution),
             before,
             after,
             better_probability,
@@ -248,44 +245,6 @@ impl Printer {
             loss: export.loss,
             not_calibrated: export.not_calibrated,
         })
-    }
-
-    /// The largest noise of the kinds of readings, in usual ones.
-    pub(crate) fn noise(solution: &Solution) -> f64 {
-        let mut effects = solution.effects.iter();
-        let shaped = effects.any(|own| own.effect.kind == EffectKind::Bed);
-        let kinds = solution.noise.iter().filter_map(|own| {
-            let usual = match own.kind {
-                Kind::Position => return None,
-                Kind::Height if shaped => USUAL_TOUCH,
-                Kind::Height => USUAL_HEIGHT,
-                // Of printed lengths, whose calliper is known.
-                Kind::Distance if own.stated => own.sigma,
-                Kind::Distance => USUAL_DISTANCE,
-            };
-            let widening = (own.squares / own.freedom.max(1.0)).sqrt().max(1.0);
-            Some(own.sigma * widening / usual)
-        });
-        kinds.fold(0.0, f64::max)
-    }
-
-    /// What the configuration calls the reading that fits worst.
-    pub(crate) fn worst(imported: &Imported, solution: &Solution) -> Option<String> {
-        let measured = imported.readings.rows.len() - imported.held;
-        let furthest = Self::furthest(solution).filter(|own| *own < measured)?;
-        imported.names.get(furthest).cloned()
-    }
-
-    /// The reading without which the squared residuals shrink most.
-    pub(super) fn furthest(solution: &Solution) -> Option<usize> {
-        let explains = |own: &RowFit| {
-            let readings = own.whitened.iter().zip(&own.leverage);
-            let squares = readings.map(|(own, leverage)| own * own / (1.0 - leverage));
-            own.weight * squares.sum::<f64>()
-        };
-        let rows = solution.rows.iter().map(explains).enumerate();
-        let furthest = rows.max_by(|(_, one), (_, other)| one.total_cmp(other));
-        furthest.map(|(index, _)| index)
     }
 }
 

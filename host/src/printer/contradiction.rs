@@ -1,13 +1,14 @@
 //! Readings and statements of a printer that contradict each other.
 
 use super::area::{Touched, off};
-use super::assess::Printer;
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::jacobian;
 use crate::calibration::Refused;
+use crate::effects::EffectKind;
 use crate::files::robot_file::Tool;
-use crate::files::samples_file::Reading;
-use crate::fit::solution::{OF_ROBOT, PARAMETERS, of_parameters};
+use crate::files::samples_file::{Kind, Reading};
+use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, USUAL_TOUCH};
+use crate::fit::solution::{OF_ROBOT, PARAMETERS, RowFit, of_parameters};
 use crate::fit::{HEIGHTS, Options, Solution, solve};
 use crate::geometry::range;
 use crate::import::Imported;
@@ -26,17 +27,55 @@ const READINGS_FOR_ONE: usize = 8;
 const EXPLAINED: f64 = 1.0 / 3.0;
 const EXPLAINED_FOR_EACH: f64 = 0.1;
 
+/// The largest noise of the kinds of readings, in usual ones.
+pub(crate) fn lack_of_fit(solution: &Solution) -> f64 {
+    let mut effects = solution.effects.iter();
+    let shaped = effects.any(|own| own.effect.kind == EffectKind::Bed);
+    let kinds = solution.noise.iter().filter_map(|own| {
+        let usual = match own.kind {
+            Kind::Position => return None,
+            Kind::Height if shaped => USUAL_TOUCH,
+            Kind::Height => USUAL_HEIGHT,
+            // Of printed lengths, whose calliper is known.
+            Kind::Distance if own.stated => own.sigma,
+            Kind::Distance => USUAL_DISTANCE,
+        };
+        let widening = (own.squares / own.freedom.max(1.0)).sqrt().max(1.0);
+        Some(own.sigma * widening / usual)
+    });
+    kinds.fold(0.0, f64::max)
+}
+
+/// What the configuration calls the reading that fits worst.
+pub(crate) fn worst_reading(imported: &Imported, solution: &Solution) -> Option<String> {
+    let measured = imported.readings.rows.len() - imported.held;
+    let furthest = furthest(solution).filter(|own| *own < measured)?;
+    imported.names.get(furthest).cloned()
+}
+
+/// The reading without which the squared residuals shrink most.
+fn furthest(solution: &Solution) -> Option<usize> {
+    let explains = |own: &RowFit| {
+        let readings = own.whitened.iter().zip(&own.leverage);
+        let squares = readings.map(|(own, leverage)| own * own / (1.0 - leverage));
+        own.weight * squares.sum::<f64>()
+    };
+    let rows = solution.rows.iter().map(explains).enumerate();
+    let furthest = rows.max_by(|(_, one), (_, other)| one.total_cmp(other));
+    furthest.map(|(index, _)| index)
+}
+
 /// The names of readings that alone make the noise doubtful, and the noise of the others, in usual ones.
 pub(crate) fn contradicting(
     imported: &Imported,
     solution: &Solution,
 ) -> Option<(Vec<String>, f64)> {
-    let first = Printer::noise(solution);
+    let first = lack_of_fit(solution);
     let (mut others, mut solution) = (imported.clone(), solution.clone());
     let (mut names, mut kinds) = (Vec::new(), Vec::new());
     let measured = imported.readings.rows.len() - imported.held;
     for _ in 0..=measured / READINGS_FOR_ONE {
-        let index = Printer::furthest(&solution).filter(|own| *own < measured - names.len())?;
+        let index = furthest(&solution).filter(|own| *own < measured - names.len())?;
         kinds.push(others.readings.rows.remove(index).value.kind()?);
         names.push(others.names.remove(index));
         solution = solve(&others.robot, &others.readings, &Options::default()).ok()?;
@@ -45,7 +84,7 @@ pub(crate) fn contradicting(
             .iter()
             .filter(|own| kinds.contains(&own.kind));
         let freedom = own.map(|own| own.freedom).fold(f64::INFINITY, f64::min);
-        let left = Printer::noise(&solution);
+        let left = lack_of_fit(&solution);
         let explained = first * EXPLAINED.min(EXPLAINED_FOR_EACH * freedom);
         if left < DOUBTFUL.min(explained) {
             return Some((names, left));

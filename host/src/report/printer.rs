@@ -10,7 +10,7 @@ use crate::import::{Firmware, Imported};
 use crate::order;
 use crate::printer::{
     ACROSS, Change, DOUBTFUL, Map, Next, Off, Printer, alike, bad_touch, common_scale,
-    contradicted_length, contradicting,
+    contradicted_length, contradicting, lack_of_fit, worst_reading,
 };
 use crate::render::page::figure;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
@@ -54,7 +54,7 @@ impl PrinterReport {
         if let Some(refused) = bad_touch(imported).or_else(contradicted) {
             return Err(refused.into());
         }
-        let worst = Printer::noise(&calibration.solution);
+        let worst = lack_of_fit(&calibration.solution);
         let scale = common_scale(imported);
         if worst > DOUBTFUL
             && scale.is_none()
@@ -79,7 +79,7 @@ impl PrinterReport {
             } else {
                 "--rods or --radius"
             };
-            let named = Printer::worst(imported, &calibration.solution);
+            let named = worst_reading(imported, &calibration.solution);
             let remedy = scale.unwrap_or_else(|| {
                 format!(
                     "Check {first} and that nothing is loose. If all is right, measure {} again.",

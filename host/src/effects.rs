@@ -12,14 +12,16 @@ mod instrument;
 mod numbers;
 mod orientation;
 mod places;
+mod surface;
 mod tilt;
 mod words;
 
-pub(crate) use instrument::{motion, moved, sigmas as sigmas_of_bed, waves as waves_of_bed};
+pub(crate) use instrument::{motion, moved};
 pub(crate) use numbers::turned;
 pub use orientation::OrientationNoise;
 pub(crate) use orientation::{Orientation, USUAL as USUAL_TURN, orientations};
 pub use places::{Places, PlaneFound, PointFound};
+pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
 pub(crate) use tilt::Platform;
 pub(crate) use words::misplaced;
 
@@ -110,12 +112,23 @@ impl EffectKind {
 
     pub(crate) const fn unknowns(self) -> usize {
         match self {
+            Self::GearRatio
+            | Self::UnevenTravel
+            | Self::Backlash
+            | Self::Slip
+            | Self::Sag
+            | Self::Scale
+            | Self::Oversize
+            | Self::Gears
+            | Self::Forearm
+            | Self::UpperArm
+            | Self::Radius
+            | Self::Size => 1,
             Self::Eccentricity | Self::SecondHarmonic => 2,
             Self::Drift | Self::Target | Self::Zeros => 3,
             Self::Move | Self::Datum => 6,
-            Self::Bed => instrument::COUNT,
+            Self::Bed => surface::COUNT,
             Self::Tilt => NUMBERS,
-            _ => 1,
         }
     }
 
@@ -215,9 +228,9 @@ impl Effect {
             (None, EffectKind::Sag) => vec![Vector3::new(0.0, 0.0, -place.radius_squared)],
             (None, EffectKind::Bed) => {
                 let touched = at.position + course.target(place);
-                instrument::unevenness(&touched, course.disc, place.touched)
+                surface::columns(&touched, course.disc, place.touched)
             }
-            (None, EffectKind::Oversize) => instrument::apart(&at.position, place),
+            (None, EffectKind::Oversize) => surface::apart(&at.position, place),
             (None, EffectKind::Tilt) => tilt::columns(at, course, place),
             (None, _) => instrument::columns(self, &at.position, course, row),
         }

@@ -7,9 +7,6 @@ use crate::text::{joint, list, significant};
 use delta_cal::robot::Drive;
 use nalgebra::{DVector, Vector3};
 
-/// A line a kind: its name, the noun for a sentence, and the remedy.
-const WORDS: &str = include_str!("words.txt");
-
 /// A mistake leaves at most this part of the difference.
 const EXPLAINED: f64 = 0.2;
 
@@ -17,41 +14,134 @@ impl EffectKind {
     /// Its name: `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag`, `drift` or
     /// `scale`.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::GearRatio => "gear_ratio",
-            Self::Eccentricity => "eccentricity",
-            Self::SecondHarmonic => "second_harmonic",
-            Self::UnevenTravel => "uneven_travel",
-            Self::Backlash => "backlash",
-            Self::Sag => "sag",
-            Self::Drift => "drift",
-            Self::Slip => "slip",
-            Self::Move => "move",
-            Self::Target => "target",
-            Self::Bed => "bed",
-            Self::Oversize => "oversize",
-            Self::Tilt => "tilt",
-            Self::Datum => "datum",
-            Self::Zeros => "joint_zeros",
-            Self::Gears => "gears",
-            Self::Forearm => "forearm",
-            Self::UpperArm => "upper_arm",
-            Self::Radius => "radius",
-            Self::Size => "size",
-            Self::Scale => "scale",
-        }
+        let [name, ..] = self.words();
+        name
     }
 
-    /// The noun for a sentence, and the remedy.
-    fn words(self) -> [&'static str; 2] {
-        let own = |line: &'static str| line.strip_prefix(self.name())?.strip_prefix(" | ");
-        let words = WORDS.lines().find_map(own).unwrap_or_default();
-        words.split_once(" | ").unwrap_or_default().into()
+    /// Its name, the noun for a sentence, and the remedy.
+    #[expect(clippy::too_many_lines, reason = "one entry a kind")]
+    const fn words(self) -> [&'static str; 3] {
+        match self {
+            Self::GearRatio => [
+                "gear_ratio",
+                "a wrong gear ratio",
+                "correct the gear ratio or the encoder's steps per turn in the controller, or state transmission_deg \
+                 in [tolerance], with which the calibration finds it (docs/instruments.md#gears-and-encoders)",
+            ],
+            Self::Eccentricity => [
+                "eccentricity",
+                "an eccentricity",
+                "centre the gear or the encoder, or correct the joint angle in the controller by a table, or state \
+                 transmission_deg in [tolerance], with which the calibration finds it \
+                 (docs/instruments.md#gears-and-encoders)",
+            ],
+            Self::SecondHarmonic => [
+                "second_harmonic",
+                "an error twice a turn",
+                "look at the encoder and the coupling, or correct the joint angle in the controller by a table, or \
+                 state transmission_deg in [tolerance], with which the calibration finds it \
+                 (docs/instruments.md#gears-and-encoders)",
+            ],
+            Self::UnevenTravel => [
+                "uneven_travel",
+                "an uneven travel",
+                "straighten the tower, look at the belt or the screw, or correct the travel in the \
+                 controller by a table",
+            ],
+            Self::Backlash => [
+                "backlash",
+                "a backlash",
+                "remove the play, or approach every pose from the same side",
+            ],
+            Self::Sag => [
+                "sag",
+                "a sag of the platform",
+                "measure with the load and the speed of later use, or stiffen what bends",
+            ],
+            Self::Drift => [
+                "drift",
+                "a drift of the positions",
+                "let the robot and the sensor warm up, fasten the sensor, and measure in random \
+                 order",
+            ],
+            Self::Slip => [
+                "slip",
+                "a jump of the joint zero",
+                "an encoder or a coupling slipped: fix it, home the robot and measure again, or calibrate only the rows \
+                 before or after",
+            ],
+            Self::Move => [
+                "move",
+                "a move of the sensor",
+                "the sensor, its reflector, the plate or the robot's base was moved: calibrate the rows before and after \
+                 separately",
+            ],
+            Self::Target => [
+                "target",
+                "a target beside its stated place",
+                "measure where the target is on the platform, and correct [target]",
+            ],
+            Self::Bed => [
+                "bed",
+                "an uneven bed",
+                "a bed mesh compensates for it; or straighten the bed, or lay glass on it",
+            ],
+            Self::Oversize => [
+                "oversize",
+                "an error common to all distances",
+                "set the calliper to zero, or correct the extrusion or the slicer's horizontal expansion",
+            ],
+            Self::Tilt => [
+                "tilt",
+                "rods of a pair that differ",
+                "exchange the rods of each arm for a matched pair",
+            ],
+            Self::Datum => [
+                "datum",
+                "wrong datum points",
+                "measure the datum points again",
+            ],
+            Self::Zeros => [
+                "joint_zeros",
+                "wrong joint zeros",
+                "home the robot again, or state in [tolerance] zero_deg how many degrees its joint zeros may be off",
+            ],
+            Self::Gears => [
+                "gears",
+                "a wrong gear ratio of all joints",
+                "correct the gear ratio or the steps per mm in the controller",
+            ],
+            Self::Forearm => [
+                "forearm",
+                "wrong forearms",
+                "measure the forearms, and correct the robot file",
+            ],
+            Self::UpperArm => [
+                "upper_arm",
+                "wrong upper arms",
+                "measure the upper arms, and correct the robot file",
+            ],
+            Self::Radius => [
+                "radius",
+                "a wrong radius",
+                "measure the distance between two motors or towers, and correct the robot file",
+            ],
+            Self::Size => [
+                "size",
+                "another size of the robot",
+                "measure one known length, such as a gauge block",
+            ],
+            Self::Scale => [
+                "scale",
+                "a wrong scale of the instrument or the sheet",
+                "measure one known length with the same instrument or on the same sheet, and correct the readings by it",
+            ],
+        }
     }
 
     /// The remedy, given the alternatives that explain the residuals about equally well.
     pub(crate) fn remedy(self, alternatives: &[Self]) -> &'static str {
-        let [_, own] = self.words();
+        let [.., own] = self.words();
         let mut all = alternatives.iter().chain([&self]);
         if alternatives.is_empty() {
             own
@@ -93,12 +183,16 @@ impl Effect {
             (several, _) => DVector::from_column_slice(several).norm(),
         };
         let (size, sigma) = (in_unit(size), in_unit(sigma));
-        (size, sigma, self.words(by, (size, sigma), robot, readings))
+        (
+            size,
+            sigma,
+            self.sentence(by, (size, sigma), robot, readings),
+        )
     }
 
     /// With article and arm: "an eccentricity of arm 2".
     pub(crate) fn named(&self) -> String {
-        let [noun, _] = self.kind.words();
+        let [_, noun, _] = self.kind.words();
         match self.arm {
             Some(arm) => format!("{noun} of {arm}"),
             None => noun.to_owned(),
@@ -110,7 +204,7 @@ impl Effect {
     /// In words, with its size and σ in the [unit](EffectKind::unit): "arm 2: the joint has an error that repeats once a
     /// turn, with an amplitude of 0.051° ± 0.004°, as with an eccentric gear or encoder".
     #[expect(clippy::too_many_lines, reason = "one sentence a kind")]
-    fn words(
+    fn sentence(
         &self,
         by: &[f64],
         (signed, sigma): (f64, f64),

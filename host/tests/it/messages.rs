@@ -250,9 +250,14 @@ fn index() -> String {
         }
     }
     text.push_str("\n## Causes\n\n| cause | says | what to do |\n| --- | --- | --- |\n");
-    for line in source("effects/words.txt").lines() {
-        let (name, words) = line.split_once(" | ").expect("a cause");
-        writeln!(text, "| `{name}` | {words} |").unwrap();
+    let words = tokens("effects/words.rs");
+    for arm in function(&words, "words").split(|own| *own == Token::Arm) {
+        if let [Token::Text(name), Token::Text(noun), Token::Text(remedy)] = arm
+            && noun.contains(' ')
+            && !name.contains(' ')
+        {
+            writeln!(text, "| `{name}` | {noun} | {remedy} |").unwrap();
+        }
     }
     text.push_str("\n## Refusals of a calibration\n\n| says and what to do |\n| --- |\n");
     let refusal = tokens("calibration/refusal.rs");

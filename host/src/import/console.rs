@@ -38,7 +38,7 @@ const WITHOUT_PLACES: [&str; 5] = [
     "\nox:",
     "\nmesh:",
 ];
-/// Touches that all are this near the centre, as a part of the rods, have their places in inches.
+/// Touches that all are this near the centre, as a part of the rods, may have their places in inches.
 const NEAR: f64 = 0.03;
 /// Places closer than this are the same, mm.
 const SAME: f64 = 0.01;
@@ -128,8 +128,10 @@ pub(super) fn with_touches(
     }
     let out = found.iter().map(|(own, _)| own.at[0].hypot(own.at[1]));
     let [arm, ..] = imported.configured.arms();
-    if found.len() > 2 && out.fold(0.0, f64::max) < NEAR * arm.lb() {
-        return Err(in_inches(name, found[0].0.line));
+    let out = out.fold(0.0, f64::max);
+    if found.len() > 2 && out < NEAR * arm.lb() {
+        let cause = format!("all touches are within {out:.1} mm of the centre, or in inches");
+        return Err(in_inches(name, found[0].0.line, cause));
     }
     let heights = found.iter().map(|(own, _)| own.at[2]);
     let mean = heights.sum::<f64>() / found.len() as f64;
@@ -177,12 +179,10 @@ pub(super) fn with_touches(
     Ok(imported)
 }
 
-fn in_inches(name: &str, line: u64) -> InputError {
-    InputError::new(name, "the touches are in inches")
-        .at_line(line)
-        .with_remedy(
-            "send G21 (grblHAL: $13=0), touch again, and give that answer; tables are in mm",
-        )
+fn in_inches(name: &str, line: u64, cause: impl Into<String>) -> InputError {
+    InputError::new(name, cause).at_line(line).with_remedy(
+        "send G21 (grblHAL: $13=0), touch all over the bed, and give that answer; tables are in mm",
+    )
 }
 
 /// The touches that a console answered, line by line in lower case.
@@ -205,7 +205,7 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
                 .with_remedy("write all decimals with a point"));
         }
         if own.split([' ', '\t', ';']).any(|word| word == "g20") {
-            return Err(in_inches(text.name(), line));
+            return Err(in_inches(text.name(), line, "the touches are in inches"));
         }
         let mut add = |named, x: Option<f64>, y: Option<f64>, z: Option<f64>| {
             if let (Some(x), Some(y), Some(z)) = (x, y, z) {

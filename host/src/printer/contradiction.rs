@@ -219,6 +219,8 @@ fn deciding(imported: &Imported) -> Option<Vec<Touched>> {
 
 /// Errors of a touch that are tried, mm: the least, the most, and each so many times the last.
 const TRIED: [f64; 3] = [0.1, 5.0, 1.2];
+/// As many touches as are proposed.
+const ENOUGH: usize = 16;
 /// Less is not worth mention, mm.
 const UNNOTICED: f64 = 0.25;
 
@@ -235,12 +237,9 @@ pub(super) fn unnoticed(imported: &Imported) -> Option<String> {
         }
     }
     (most > UNNOTICED).then(|| {
-        format!(
-            "Of {} touches, one that is off by up to {most:.1} mm may go unnoticed. Touch 16 places: delta-cal plan with --count \
-             16 writes the {} commands.",
-            touches.len(),
-            imported.firmware.words().touch
-        )
+        let (count, more) = (touches.len(), ": touch 16 places");
+        let more = if count < ENOUGH { more } else { "" };
+        format!("Of {count} touches, one that is off by up to {most:.1} mm may go unnoticed{more}.")
     })
 }
 

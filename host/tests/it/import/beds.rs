@@ -158,6 +158,16 @@ fn made(set: &Set, seed: u64, index: u32) -> Printer {
     Printer { klipper, rows }
 }
 
+/// The same printer, of which one touch is off.
+fn with_touch_off(printer: &Printer, bad: usize, off: f64) -> Printer {
+    let mut wrong = printer.clone();
+    if let Row::Height(steps, height) = wrong.rows[bad] {
+        let [x, y, z] = printer.klipper.position(steps);
+        wrong.rows[bad] = Row::Height(printer.klipper.steps([x, y, z + off]), height);
+    }
+    wrong
+}
+
 /// One of seven touches of a calibrated printer off by 0.3 to 1 mm: named, and no lines. The right ones are calibrated.
 #[test]
 fn one_bad_touch_of_seven_is_named() {
@@ -168,11 +178,7 @@ fn one_bad_touch_of_seven_is_named() {
         let run = folder(&right.configuration()).run("calibrate printer.cfg");
         assert_eq!(run.code, 0, "{}", run.stderr);
         for (bad, off) in [(0, 0.6), (1, 0.3), (4, -0.5), (6, 1.0)] {
-            let mut wrong = right.clone();
-            if let Row::Height(steps, height) = wrong.rows[bad] {
-                let [x, y, z] = right.klipper.position(steps);
-                wrong.rows[bad] = Row::Height(right.klipper.steps([x, y, z + off]), height);
-            }
+            let wrong = with_touch_off(&right, bad, off);
             let own = folder(&wrong.configuration());
             let run = own.run("calibrate printer.cfg --paste paste.cfg");
             tried += 1;
@@ -186,6 +192,39 @@ fn one_bad_touch_of_seven_is_named() {
     }
     eprintln!("{named} of {tried} bad touches named");
     assert!(10 * named >= 9 * tried, "{named} of {tried}");
+}
+
+/// Seven touches of an uncalibrated printer: how far one may be off unnoticed is stated. Any that is further off is named, and
+/// not each that is half as far.
+#[test]
+fn how_far_off_a_touch_may_be_unnoticed_is_stated() {
+    let (mut stated, mut unnoticed) = (0, 0);
+    for index in 0..size(4, 20) {
+        let mut right = made(&set("A1"), 974, index);
+        right.rows.truncate(7);
+        let run = folder(&right.configuration()).run("calibrate printer.cfg");
+        let said = run.stdout.split_once("one that is off by up to ");
+        let Some((most, _)) =
+            said.and_then(|own| own.1.split_once(" mm may go unnoticed: touch 16"))
+        else {
+            continue;
+        };
+        let most: f64 = most.parse().unwrap();
+        stated += 1;
+        let is_named = |bad, off| {
+            let wrong = with_touch_off(&right, bad, off);
+            let run = folder(&wrong.configuration()).run("calibrate printer.cfg");
+            run.stderr.contains("One touch decides")
+        };
+        for bad in 0..7 {
+            for sign in [1.0, -1.0] {
+                assert!(is_named(bad, 1.3 * sign * most), "{index} {bad} {most}");
+                unnoticed += usize::from(!is_named(bad, 0.5 * sign * most));
+            }
+        }
+    }
+    eprintln!("{stated} stated, {unnoticed} of half that size unnoticed");
+    assert!(stated > 2 && unnoticed > 2 * stated);
 }
 
 /// Six touches show as many errors as a calibration has unknowns: those of a calibrated printer say that it is one, and those

@@ -255,7 +255,7 @@ fn lines_that_cannot_be_read_are_refused() {
     folder.write("near.csv", touches);
     folder.write("inches.txt", "G20\nG1 X4 Y0\nStopped at height 0.01 mm\n");
     let table = "
-        near.csv ⇒ 3 ⇒ near.csv:2: the touches are in inches | send G21
+        near.csv ⇒ 3 ⇒ near.csv:2: all touches are within | or in inches | send G21
         inches.txt ⇒ 3 ⇒ inches.txt:1: the touches are in inches
         ";
     assert_refused(&folder, "calibrate config.g", table);

@@ -111,9 +111,11 @@ impl<const P: usize> Sensitivities<P> {
     pub(crate) fn mean_square(&self) -> SMatrix<f64, P, P> {
         let mut sum = SMatrix::<f64, P, P>::zeros();
         for (_, jacobian) in &self.0 {
-            // Along the long columns, as above.
-            sum.gemm(1.0, &jacobian.transpose(), jacobian, 1.0);
+            for own in jacobian.transpose().column_iter() {
+                sum.syger(1.0, &own, &own, 1.0);
+            }
         }
+        sum.fill_upper_triangle_with_lower_triangle();
         sum / self.0.len() as f64
     }
 }

@@ -83,7 +83,7 @@ struct Counted {
     row: usize,
     at: At,
     start: Option<At>,
-    /// By unknowns and by positions, weighted.
+    /// Aᵀ, and derivatives by positions, weighted.
     by_unknowns: DMatrix<f64>,
     by_positions: [[Vector3<f64>; READINGS]; 2],
     weight: f64,
@@ -129,10 +129,10 @@ impl Scan {
                 continue;
             };
             let weight = (every * solution.rows[own.row].weight).sqrt();
-            let by_unknowns = &own.by_unknowns * weight;
+            let by_unknowns = own.by_unknowns.transpose() * weight;
             let residuals = DVector::from_row_slice(&solution.rows[own.row].whitened) * weight;
-            normal += by_unknowns.tr_mul(&by_unknowns);
-            right += by_unknowns.tr_mul(&residuals);
+            add_squares(&mut normal, 1.0, &by_unknowns);
+            right += &by_unknowns * &residuals;
             rows.push(Counted {
                 row: own.row,
                 at,
@@ -152,7 +152,7 @@ impl Scan {
         let normal = normal.cholesky()?;
         let step = normal.solve(&right);
         for row in &mut rows {
-            row.residuals -= &row.by_unknowns * &step;
+            row.residuals -= row.by_unknowns.tr_mul(&step);
         }
         Some(Self {
             course,
@@ -191,7 +191,7 @@ impl Scan {
 
     fn add(sums: &mut Sums, counted: &Counted, columns: &DMatrix<f64>) {
         sums.own += columns.tr_mul(columns);
-        sums.shared += counted.by_unknowns.tr_mul(columns);
+        sums.shared += &counted.by_unknowns * columns;
         sums.right += columns.tr_mul(&counted.residuals);
     }
 
@@ -237,8 +237,8 @@ impl Scan {
     /// The gains of leaving out each row.
     pub(super) fn rows(&self) -> Vec<Gain> {
         let gain = |counted: &Counted| {
-            let shared = counted.by_unknowns.transpose();
-            let held = &counted.by_unknowns * self.normal.solve(&shared);
+            let shared = &counted.by_unknowns;
+            let held = shared.tr_mul(&self.normal.solve(shared));
             let read = |reading: &usize| counted.by_positions[0][*reading] != Vector3::zeros();
             let read: Vec<_> = (0..READINGS).filter(read).collect();
             let left = DMatrix::identity(READINGS, READINGS) - held;
@@ -257,12 +257,12 @@ impl Scan {
             .rows
             .iter()
             .fold(DVector::zeros(self.unknowns), |sum: DVector<f64>, own| {
-                sum + own.by_unknowns.tr_mul(&own.residuals)
+                sum + &own.by_unknowns * &own.residuals
             });
         let off = |step: &DVector<f64>| -> Vec<f64> {
             let rows = self.rows.iter();
             rows.map(|own| {
-                let left = &own.residuals - &own.by_unknowns * step;
+                let left = &own.residuals - own.by_unknowns.tr_mul(step);
                 let read = own.residuals.iter().filter(|own| **own != 0.0).count();
                 (left.norm_squared() / read.max(1) as f64).sqrt()
             })
@@ -282,8 +282,8 @@ impl Scan {
             let (mut normal, mut right) = (&self.prior * square, -square * &held);
             for (own, left) in self.rows.iter().zip(&left) {
                 let weight = (1.0 + (left / scale).powi(2)).powi(-2);
-                normal += weight * own.by_unknowns.tr_mul(&own.by_unknowns);
-                right += weight * own.by_unknowns.tr_mul(&own.residuals);
+                add_squares(&mut normal, weight, &own.by_unknowns);
+                right += weight * (&own.by_unknowns * &own.residuals);
             }
             let Some(normal) = normal.cholesky() else {
                 return Vec::new();
@@ -308,5 +308,12 @@ impl Scan {
         let inflation = (0..3).map(|axis| covariance[(axis, axis)] * sums.own[(axis, axis)] / 3.0);
         let sigma = covariance.trace().sqrt();
         (inflation.sum::<f64>() > taken_up).then_some(3.0 * sigma)
+    }
+}
+
+/// AᵀA of a row, this many times, in the lower half: all that is decomposed.
+fn add_squares(sum: &mut DMatrix<f64>, weight: f64, by_unknowns: &DMatrix<f64>) {
+    for reading in by_unknowns.column_iter().filter(|own| own.amax() > 0.0) {
+        sum.syger(weight, &reading, &reading, 1.0);
     }
 }

@@ -10,7 +10,7 @@ use crate::fit::solution::{OF_ROBOT, PARAMETERS};
 use crate::fit::{Frame, Solution};
 use delta_cal::robot::{Parameter, ParameterKind};
 use delta_cal::{Robot, Sample, Tolerance};
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Dyn, Matrix3, OMatrix, SMatrix, U3, Vector3};
 use serde::Serialize;
 
 /// Degrees of freedom of the robot's place in space.
@@ -140,30 +140,36 @@ pub(crate) fn next_poses(
     let mut covariance = solution.covariance.clone();
     let mut found = Vec::new();
     for _ in 0..PROPOSED {
-        let gain = |(joints, rows, noise): &Measured| {
-            let shared = &covariance * rows.transpose();
-            let inverse = (rows * &shared + noise).try_inverse()?;
-            let left = DMatrix::from_fn(OF_ROBOT, 3, |own, axis| {
+        // C Aᵀ and (A C Aᵀ + N)⁻¹.
+        let shared = |(_, rows, noise): &Measured| {
+            let shared = &covariance * rows;
+            let inverse = (rows.tr_mul(&shared) + noise).try_inverse()?;
+            Some((shared, inverse))
+        };
+        let gain = |measured: &Measured| {
+            let (shared, inverse) = shared(measured)?;
+            let robots = SMatrix::<f64, OF_ROBOT, 3>::from_fn(|own, axis| {
                 places[own].map_or(0.0, |place| shared[(place, axis)])
             });
-            let gained = (left.transpose() * weights * left).dot(&inverse);
-            Some((gained, *joints, &shared * inverse * shared.transpose()))
+            Some((weights * robots).dot(&(robots * inverse)))
         };
-        let best = all.iter().filter_map(gain);
-        let Some((_, joints, reduction)) = best.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+        let gains = all.iter().filter_map(|own| Some((gain(own)?, own)));
+        let best = gains.max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((best, (shared, inverse))) = best.and_then(|(_, own)| Some((own, shared(own)?)))
+        else {
             break;
         };
-        covariance -= reduction;
+        covariance -= &shared * inverse * shared.transpose();
         found.push(NextPose {
-            joints: robot.convention.joints(&joints),
+            joints: robot.convention.joints(&best.0),
             expected_error_mm: error(&covariance).sqrt(),
         });
     }
     found
 }
 
-/// Joints, A and N of a pose.
-type Measured = ([f64; 3], DMatrix<f64>, Matrix3<f64>);
+/// Joints, Aᵀ and N of a pose.
+type Measured = ([f64; 3], OMatrix<f64, Dyn, U3>, Matrix3<f64>);
 
 fn measured(
     solution: &Solution,
@@ -176,20 +182,20 @@ fn measured(
         .places
         .frame
         .map_or_else(Matrix3::identity, |own| own.rotation);
-    let mut rows = DMatrix::zeros(3, solution.covariance.nrows());
-    rows.columns_mut(0, PARAMETERS)
-        .copy_from(&(turn * jacobian.fixed_columns::<PARAMETERS>(0)));
+    let mut rows = OMatrix::<f64, Dyn, U3>::zeros(solution.covariance.nrows());
+    rows.rows_mut(0, PARAMETERS)
+        .copy_from(&(turn * jacobian.fixed_columns::<PARAMETERS>(0)).transpose());
     if solution.frame == Frame::Sensor {
         // Its shift, and its turn about the sensor's origin.
         let first = solution.robot_unknowns();
         let about = -(turn * pose.position).cross_matrix();
-        rows.columns_mut(first, 3).fill_with_identity();
-        rows.columns_mut(first + 3, 3).copy_from(&about);
+        rows.rows_mut(first, 3).fill_with_identity();
+        rows.rows_mut(first + 3, 3).copy_from(&about.transpose());
     }
     let here = course.anywhere(&at, [0.0; 3]);
     for own in &solution.effects {
         for (place, moved) in own.places().zip(own.effect.columns(&at, &here, 0)) {
-            rows.set_column(place, &(turn * moved));
+            rows.set_row(place, &(turn * moved).transpose());
         }
     }
     let noise = solution.levels.position;

@@ -83,8 +83,8 @@ impl EffectKind {
             ],
             Self::Bed => [
                 "bed",
-                "an uneven bed",
-                "a bed mesh compensates for it; or straighten the bed, or lay glass on it",
+                "an uneven surface",
+                "touch a flatter one, or state in [noise] bed_mm by how much it is uneven, rms",
             ],
             Self::Oversize => [
                 "oversize",

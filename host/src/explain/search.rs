@@ -594,9 +594,12 @@ impl<'a> Search<'a> {
         let drive = self.case.robot.robot.drive();
         let mut kinds: Vec<Vec<Gain>> = Vec::new();
         let throughout = |effects: &[Effect]| scan.throughout(effects);
-        let common = self.case.robot.instruments.oversize.is_none();
-        let common = common.then_some(EffectKind::Oversize);
-        for kind in EffectKind::all(drive).chain(common) {
+        let stated = &self.case.robot.instruments;
+        let common = stated.oversize.is_none().then_some(EffectKind::Oversize);
+        // Several planes have a shape each.
+        let one = stated.bed.is_none() && self.case.readings.planes.len() == 1;
+        let uneven = one.then_some(EffectKind::Bed);
+        for kind in EffectKind::all(drive).chain(common).chain(uneven) {
             let gains = match kind {
                 EffectKind::Backlash => sets()
                     .filter_map(|set| {

@@ -1,7 +1,7 @@
 //! Robots whose platform tilts because the two rods of an arm differ, with reflectors beside the platform's centre.
 
 use crate::support::schema::violations;
-use crate::support::simulated::{SIGMAS, mount, push, rotary, somewhere, worked};
+use crate::support::simulated::{SIGMAS, mount, push, rotary, somewhere, worked, working};
 use crate::support::{Folder, NOMINAL, Point, assert_refused, number, rows_of};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
@@ -112,14 +112,7 @@ fn made(
     let tolerance = tolerance.with_joint_zero(0.2_f64.to_radians()).unwrap();
     let size = file.robot.arms()[0].lb() / 480.0;
     let mut file = file.clone();
-    let mut down = [0.35, 0.7, 1.0, 0.0, -0.4].into_iter();
-    let middle = down
-        .find_map(|q| file.robot.forward(&[q; 3]).ok())
-        .unwrap()
-        .z;
-    let [radius, low, high] = [0.45, -0.2, 0.2].map(|own| own * file.robot.arms()[0].lb());
-    let within = format!("r={radius},z={}..{}", middle + low, middle + high);
-    file.within = Some(within.parse().unwrap());
+    file.within = Some(working(&file));
     file.tolerance = Some(tolerance);
     file.platform_radius = Some(30.0 * size);
     file.parallelograms = Some(Parallelograms {

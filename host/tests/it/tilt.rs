@@ -82,6 +82,34 @@ pub(crate) fn at(pose: [Vector3<f64>; 2], point: &Vector3<f64>) -> Vector3<f64> 
     pose[0] + Rotation3::new(pose[1]) * point
 }
 
+/// To first order, how far each of the twelve numbers of the rods moves a point of the platform: central differences of the
+/// independent solver.
+#[test]
+fn columns_are_derivatives() {
+    let robot = &rotary(true)[0].robot;
+    let point = Vector3::new(55.0, -30.0, -80.0);
+    let exact = Parallelograms {
+        spacing: 60.0,
+        platform_radius: 30.0,
+        numbers: [[0.0; 4]; 3],
+        tolerance: RODS,
+    };
+    for joints in [[0.1, 0.3, -0.2], [0.6, 0.2, 0.5]] {
+        let x = robot.forward(&joints).unwrap();
+        let columns = exact.columns(robot, (&x, &joints), &point).unwrap();
+        for number in 0..12 {
+            let moved = |by: f64| {
+                let mut rods = exact;
+                rods.numbers.as_flattened_mut()[number] = by;
+                at(platform(robot, &rods, &joints), &point)
+            };
+            let expected = (moved(1e-3) - moved(-1e-3)) / 2e-3;
+            let off = (columns.column(number) - expected).amax();
+            assert!(off < 1e-4 * columns.amax(), "{number}: {off} {expected}");
+        }
+    }
+}
+
 /// How 6-DoF targets are mounted.
 fn mounting(target: usize) -> Rotation3<f64> {
     let size = [1.0, 2.0, 3.0][target];

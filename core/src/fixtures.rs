@@ -91,12 +91,11 @@ pub(crate) fn instruments<'a>(
     planes: &'a [Plane<f64>],
     points: &'a [Point<f64>],
 ) -> Instruments<'a, f64> {
+    let noise = ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.05);
     Instruments {
-        sensor_frame: false,
         planes,
         points,
-        noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.05).unwrap(),
-        transmission: None,
+        ..Instruments::new(noise.unwrap())
     }
 }
 

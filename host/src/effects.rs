@@ -160,18 +160,10 @@ impl EffectKind {
     /// Unit of its size: `ratio`, `deg` or `mm`.
     pub const fn unit(self, drive: Drive) -> &'static str {
         match (self, drive) {
-            (
-                Self::GearRatio
-                | Self::Scale
-                | Self::Gears
-                | Self::Forearm
-                | Self::UpperArm
-                | Self::Radius
-                | Self::Size,
-                _,
-            ) => "ratio",
             (Self::Eccentricity | Self::SecondHarmonic | Self::Zeros, _)
             | (Self::Backlash | Self::Slip, Drive::Rotary) => "deg",
+            (Self::GearRatio | Self::Scale, _) => "ratio",
+            (own, _) if own.is_number() => "ratio",
             _ => "mm",
         }
     }

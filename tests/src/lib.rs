@@ -106,6 +106,19 @@ fn places(robot: &Robot<f64>) -> impl Iterator<Item = Option<Parameter>> {
     robot.drive().places().into_iter().cycle().take(24)
 }
 
+/// A robot of a campaign that is off the paper's, and measurements of it.
+pub fn robot_and_samples(
+    (campaign, robot): (u64, u64),
+    (length, angle, spread): (f64, f64, Spread),
+    count: usize,
+    noise: Option<&Noise<f64>>,
+) -> (Robot<f64>, Vec<Sample<f64>>) {
+    let mut rng = generator(campaign, robot);
+    let truth = perturbed(&paper_robot(), length, angle, spread, &mut rng);
+    let samples = measurements(&truth, count, noise, &mut rng);
+    (truth, samples)
+}
+
 /// Measurements of `truth` at `count` random poses.
 pub fn measurements(
     truth: &Robot<f64>,

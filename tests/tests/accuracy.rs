@@ -142,12 +142,10 @@ fn calibrated(
         Kind::Joint => of_positions::<f64, Joint>(nominal, samples, &double, of_robot),
         Kind::JointSingle => of_positions::<f32, Joint>(nominal, samples, &single, of_robot),
         _ => {
+            let noise = ObservationNoise::new(*noise, 1.0, 1.0).unwrap();
             let instruments = Instruments {
                 sensor_frame: kind == Kind::HolePlate,
-                planes: &[],
-                points: &[],
-                noise: ObservationNoise::new(*noise, 1.0, 1.0).unwrap(),
-                transmission: None,
+                ..Instruments::new(noise)
             };
             let row = |own: &Sample<f64>| {
                 ObservationRow::new(Observation {

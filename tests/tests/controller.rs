@@ -5,9 +5,9 @@
 #![allow(clippy::float_cmp)]
 
 mod control_loop;
-mod driver;
+pub(crate) mod driver;
 mod motion;
 mod parameters;
 mod sessions;
 mod store;
-mod streams;
+pub(crate) mod streams;

@@ -6,8 +6,8 @@ use delta_cal::robot::Drive;
 use delta_cal::{Robot, Sample, Settings, SymmetricRobot};
 use delta_cal_tests::geometries::all_geometries;
 use delta_cal_tests::{
-    Spread, calibrated, converted, generator, is_long, largest_difference, measurements,
-    measurements_within, paper_robot, perturbed, size,
+    DEGREE, Spread, calibrated, converted, generator, is_long, largest_difference,
+    measurements_within, paper_robot, perturbed, robot_and_samples, size,
 };
 use delta_cal_verify::check_figures;
 
@@ -17,16 +17,8 @@ fn robots() -> u64 {
 }
 
 fn case(campaign: u64, robot: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
-    let mut rng = generator(campaign, robot);
-    let truth = perturbed(
-        &paper_robot(),
-        10.0,
-        1f64.to_radians(),
-        Spread::Uniform,
-        &mut rng,
-    );
-    let samples = measurements(&truth, count, None, &mut rng);
-    (truth, samples)
+    let off = (10.0, DEGREE, Spread::Uniform);
+    robot_and_samples((campaign, robot), off, count, None)
 }
 
 /// A robot as drawn, one built from it, and exact measurements of the latter.

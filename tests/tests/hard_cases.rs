@@ -9,25 +9,14 @@ use delta_cal::{
 use delta_cal_tests::geometries::symmetric;
 use delta_cal_tests::{
     Spread, calibrated, converted, generator, measurements, paper_robot, parameter_differences,
-    perturbed,
 };
 use nalgebra::Vector3;
 
-const TOLERANCE: (f64, f64) = (0.3, 0.002);
-
 /// A robot drawn from the tolerance and its measurements.
 fn robot_and_samples(seed: u64, count: usize, noise: (f64, f64)) -> (Robot<f64>, Vec<Sample<f64>>) {
-    let mut rng = generator(2, seed);
-    let truth = perturbed(
-        &paper_robot(),
-        TOLERANCE.0,
-        TOLERANCE.1,
-        Spread::Normal,
-        &mut rng,
-    );
     let noise = Noise::new(noise.0, noise.1).unwrap();
-    let samples = measurements(&truth, count, Some(&noise), &mut rng);
-    (truth, samples)
+    let off = (0.3, 0.002, Spread::Normal);
+    delta_cal_tests::robot_and_samples((2, seed), off, count, Some(&noise))
 }
 
 #[test]
@@ -153,10 +142,9 @@ fn samples_without_any_residual_are_not_undetermined() {
 /// nothing of them there, and as little in double precision.
 #[test]
 fn angles_that_are_known_exactly_are_not_determined_by_the_samples() {
-    let mut rng = generator(2, 1);
-    let truth = perturbed(&paper_robot(), 0.5, 0.0, Spread::Normal, &mut rng);
     let noise = Noise::new(1e-3, 0.0).unwrap();
-    let samples = measurements(&truth, 13, Some(&noise), &mut rng);
+    let off = (0.5, 0.0, Spread::Normal);
+    let (_, samples) = delta_cal_tests::robot_and_samples((2, 1), off, 13, Some(&noise));
     let tolerance = Tolerance::new(0.5, 1e-15).unwrap();
     let settings = Settings::default().with_tolerance(tolerance);
     let double = calibrated::<_, Ikm>(&paper_robot(), &samples, &settings).unwrap();

@@ -215,12 +215,10 @@ fn made_robots_have_the_common_radius_beside_each_towers_own_place() {
 /// Without errors, and without a tolerance to pull, the robot comes back wherever it is determined.
 #[test]
 fn exact_positions_and_heights_give_the_robot_back() {
+    let noise = ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), 0.02, 1.0).unwrap();
     let instruments = Instruments {
-        sensor_frame: false,
         planes: &[Plane::default()],
-        points: &[],
-        noise: ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), 0.02, 1.0).unwrap(),
-        transmission: None,
+        ..Instruments::new(noise)
     };
     for (index, (name, nominal, limits)) in (0..).zip(geometries_of(Drive::Linear)) {
         for robot in 0..5 {

@@ -3,6 +3,7 @@
 
 mod stubborn;
 
+use crate::controller::streams::ALWAYS;
 use delta_cal::Sample;
 use delta_cal_controller::{
     Background, Controller, Foreground, Handover, ParameterFlash, StreamFlash, StreamPace, Timer,
@@ -181,29 +182,20 @@ fn every_byte_turned_into_a_delimiter_or_preceded_by_one() {
     every_byte(&HARMS[6..]);
 }
 
-/// Every sample is stored, or none before a minute has passed.
-const PACES: [StreamPace; 2] = [
-    StreamPace {
-        seconds: 0,
-        part: u32::MAX,
-    },
-    StreamPace {
-        seconds: 60,
-        part: 16,
-    },
-];
-
-fn controller_restarts(pace: StreamPace) {
+/// It stores every sample, or none before a minute has passed.
+#[test]
+fn controller_restarted_at_every_request() {
     let (expected, _, requests) = undisturbed();
     let mut restarts = 0;
-    for index in 0..requests {
+    for index in 0..2 * requests {
+        let (pace, index) = ([StreamPace::default(), ALWAYS][index % 2], index / 2);
         for cut in [Cut::BeforeTheAnswer, Cut::AfterTheAnswer] {
             let bench = Bench::with(Harms::None, pace, Some((index, cut)));
             let what = format!("restarted at request {index}, {cut:?}");
             let [_, answered] = comes_out(bench, 1, &expected, &what);
             // Identity, nominal, beginning, status and current parameters come before the samples; the first is not stored
             // before it is answered.
-            if pace == PACES[0] && (6..SAMPLES).contains(&index) {
+            if pace == ALWAYS && (6..SAMPLES).contains(&index) {
                 // No sample is sent again but the one that was not stored yet.
                 assert!(answered <= requests + 4, "{answered} of {requests}");
             }
@@ -211,16 +203,6 @@ fn controller_restarts(pace: StreamPace) {
         }
     }
     println!("{restarts} sessions, each with one restart of the controller; all came out the same");
-}
-
-#[test]
-fn controller_restarted_at_every_request() {
-    controller_restarts(PACES[1]);
-}
-
-#[test]
-fn controller_that_stores_its_samples_restarted_at_every_request() {
-    controller_restarts(PACES[0]);
 }
 
 #[test]

@@ -31,4 +31,3 @@ mod single_precision;
 mod small_firmware;
 mod stream_calibrator;
 mod target;
-mod validation;

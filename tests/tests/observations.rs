@@ -268,11 +268,9 @@ fn noise() -> ObservationNoise<f64> {
 
 fn instruments_of<'a>(planes: &'a [Plane<f64>], points: &'a [Point<f64>]) -> Instruments<'a, f64> {
     Instruments {
-        sensor_frame: false,
         planes,
         points,
-        noise: noise(),
-        transmission: None,
+        ..Instruments::new(noise())
     }
 }
 
@@ -436,14 +434,11 @@ fn some_are_unreached<T: Real>(
     unreached: [[f64; 3]; 2],
 ) {
     let number = T::from_f64;
-    let planes = [Plane::default()];
     let noise = Noise::new(number(0.02), T::ZERO).unwrap();
+    let noise = ObservationNoise::new(noise, number(0.02), number(0.02)).unwrap();
     let instruments = Instruments {
-        sensor_frame: false,
-        planes: &planes,
-        points: &[],
-        noise: ObservationNoise::new(noise, number(0.02), number(0.02)).unwrap(),
-        transmission: None,
+        planes: &[Plane::default()],
+        ..Instruments::new(noise)
     };
     let tolerance = Tolerance::new(number(0.5), number(0.0035)).unwrap();
     let settings = Settings::new().with_tolerance(tolerance);

@@ -9,17 +9,21 @@ use delta_cal::{
     Tolerance,
 };
 use delta_cal_tests::geometries::distances;
-use delta_cal_tests::{Spread, calibrated, generator, measurements, paper_robot, perturbed};
+use delta_cal_tests::{
+    Spread, calibrated, generator, measurements, paper_robot, robot_and_samples,
+};
 use nalgebra::{SMatrix, Vector3};
 
 const SIGMA: f64 = 0.02;
 
 fn case(seed: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
-    let mut rng = generator(640, seed);
-    let truth = perturbed(&paper_robot(), 0.3, 0.002, Spread::Normal, &mut rng);
     let noise = Noise::new(SIGMA, 0.0).unwrap();
-    let samples = measurements(&truth, count, Some(&noise), &mut rng);
-    (truth, samples)
+    robot_and_samples(
+        (640, seed),
+        (0.3, 0.002, Spread::Normal),
+        count,
+        Some(&noise),
+    )
 }
 
 fn calibrate(

@@ -11,8 +11,7 @@ use delta_cal::{
 };
 use delta_cal_tests::geometries::all_geometries;
 use delta_cal_tests::{
-    DEGREE, Spread, calibrated, converted, generator, measurements, measurements_within,
-    paper_robot, perturbed, size,
+    DEGREE, Spread, calibrated, converted, generator, measurements_within, paper_robot, size,
 };
 use nalgebra::Vector3;
 
@@ -21,10 +20,8 @@ fn robot_and_samples(
     count: usize,
     noise: Option<&Noise<f64>>,
 ) -> (Robot<f64>, Vec<Sample<f64>>) {
-    let mut rng = generator(81, seed);
-    let truth = perturbed(&paper_robot(), 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
-    let samples = measurements(&truth, count, noise, &mut rng);
-    (truth, samples)
+    let off = (1.0, 0.3 * DEGREE, Spread::Uniform);
+    delta_cal_tests::robot_and_samples((81, seed), off, count, noise)
 }
 
 fn solve(samples: &[Sample<f64>], settings: &Settings<f64>) -> Result<(), Refusal> {

@@ -403,17 +403,16 @@ fn of_readings<T: Real>() {
     let nominal = paper_robot::<T>();
     let number = T::from_f64;
     let noise = Noise::new(number(0.02), T::ZERO).unwrap();
+    let noise = ObservationNoise::new(noise, number(0.02), number(0.02)).unwrap();
     let known = |height: f64| Plane {
         known: Some((number(height), number(1.0))),
         level: None,
     };
     let made = |plane: Plane<T>, settings: &_| {
         let instruments = Instruments {
-            sensor_frame: false,
             planes: &[plane],
             points: &[Point::default()],
-            noise: ObservationNoise::new(noise, number(0.02), number(0.02)).unwrap(),
-            transmission: None,
+            ..Instruments::new(noise)
         };
         Rows::<T>::new(&nominal, &instruments, settings).unwrap()
     };

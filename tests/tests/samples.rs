@@ -10,6 +10,7 @@ use delta_cal::{
 };
 use delta_cal_tests::{
     DEGREE, Spread, generator, in_unit, largest_difference, measurements, paper_robot, perturbed,
+    robot_and_samples,
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -20,10 +21,8 @@ fn noise() -> Noise<f64> {
 }
 
 fn noisy(seed: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
-    let mut rng = generator(71, seed);
-    let truth = perturbed(&paper_robot(), 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
-    let samples = measurements(&truth, count, Some(&noise()), &mut rng);
-    (truth, samples)
+    let off = (1.0, 0.3 * DEGREE, Spread::Uniform);
+    robot_and_samples((71, seed), off, count, Some(&noise()))
 }
 
 fn weighted() -> Settings<f64> {

@@ -30,13 +30,8 @@ const PIECES: usize = 3 * PLACES + 6;
 /// let drawn = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
 /// let built = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..drawn }.robot()?;
 /// // Gauge blocks on a plate somewhere below the robot.
-/// let instruments = Instruments {
-///     sensor_frame: false,
-///     planes: &[Plane::default()],
-///     points: &[],
-///     noise: ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?,
-///     transmission: None,
-/// };
+/// let noise = ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?;
+/// let instruments = Instruments { planes: &[Plane::default()], ..Instruments::new(noise) };
 /// let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.0035)?);
 /// let mut touches = FkmCalibrator::<f64, 45, 27>::new(&drawn.robot()?, &instruments, &settings)?;
 /// for k in 0..45 {

@@ -156,6 +156,17 @@ impl<T: Real> Point<T> {
 }
 
 impl<T: Real> Instruments<'_, T> {
+    /// Coordinates in the robot's own frame with this noise, its joints exact: no planes, no points.
+    pub const fn new(noise: ObservationNoise<T>) -> Self {
+        Self {
+            sensor_frame: false,
+            planes: &[],
+            points: &[],
+            noise,
+            transmission: None,
+        }
+    }
+
     /// Number of unknowns in addition to the robot's parameters.
     pub fn unknowns(&self) -> usize {
         let scale = usize::from(self.noise.scale().is_some());

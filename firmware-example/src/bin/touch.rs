@@ -79,15 +79,13 @@ fn prepare(place: &'static StaticCell<Calibrator>, drawn: &Robot<f32>) -> &'stat
 /// Prior knowledge: the probe's repeatability and the manufacturing tolerance.
 fn known() -> Option<(Instruments<'static, f32>, Settings<f32>)> {
     let positions = Noise::new(REPEATABILITY, 0.0).ok()?;
+    let noise = ObservationNoise::new(positions, REPEATABILITY, REPEATABILITY).ok()?;
     let instruments = Instruments {
-        sensor_frame: false,
         planes: &[Plane {
             known: None,
             level: None,
         }],
-        points: &[],
-        noise: ObservationNoise::new(positions, REPEATABILITY, REPEATABILITY).ok()?,
-        transmission: None,
+        ..Instruments::new(noise)
     };
     let tolerance = Tolerance::new(0.5, 0.0035).ok()?;
     Some((instruments, Settings::new().with_tolerance(tolerance)))

@@ -1,6 +1,7 @@
 //! Uncertainty of positions due to that of the parameters, at a pose and over the whole workspace.
 
 use super::rigid_motion::RigidMotions;
+use crate::files::convention::Convention;
 use crate::files::robot_file::{RobotFile, Tool, Tooled};
 use crate::fit::solution::{OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::geometry::{Reach, centroid};
@@ -8,6 +9,7 @@ use crate::halt;
 use crate::order;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, Vector3};
+use serde::Serialize;
 
 /// J = ∂X/∂P (3.18) of a tool at a pose (`x`, `q`) of the robot: all 24 parameters, arm by arm; with P = 51 also the
 /// transmissions' and the rods' numbers. `None` at a singular pose.
@@ -118,21 +120,6 @@ impl<const P: usize> Sensitivities<P> {
         sum.fill_upper_triangle_with_lower_triangle();
         sum / self.0.len() as f64
     }
-}
-
-/// σ of the position over many poses, mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PositionSigma {
-    /// Root mean square.
-    pub rms: f64,
-    /// The same over the tenth of the poses that are outermost.
-    pub outermost: f64,
-    /// Over the others.
-    pub others: f64,
-    /// Maximum.
-    pub max: f64,
-    /// Position of the maximum.
-    pub max_at: Vector3<f64>,
 }
 
 /// Number of poses inside. Near the edges, σ changes several times within a few degrees.
@@ -260,16 +247,40 @@ const COARSEST: f64 = 1.0 / 16.0;
 /// singularities, and at the worst place ([`WorkspacePoses`]).
 ///
 /// At each pose it is √tr(J C Jᵀ), with C the covariance of the parameters and J = ∂X/∂P (3.18).
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// Relative: after removal of the best-fitting rigid motion over all poses, J less six columns of a rigid motion, by least
+/// squares. The figures to use where the robot's place in space is not measured, or is taught anew.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ExpectedError {
-    /// In the frame in which the robot was measured.
-    pub absolute: PositionSigma,
-    /// After removal of the best-fitting rigid motion over all poses: J less six columns of a rigid motion, by least
-    /// squares. The figure to use where the robot's place in space is not measured, or is taught anew.
-    pub intrinsic: PositionSigma,
+    /// In the frame of the robot's base, rms over the workspace.
+    pub absolute_rms_mm: f64,
+    /// At the worst place.
+    pub absolute_worst_mm: f64,
+    /// Where that is.
+    pub absolute_worst_at_mm: [f64; 3],
+    /// After the best rigid motion, rms over the workspace.
+    pub relative_rms_mm: f64,
+    /// At the worst place.
+    pub relative_worst_mm: f64,
+    /// Where that is.
+    pub relative_worst_at_mm: [f64; 3],
+    /// Relative, over the tenth of the poses that are outermost, rms.
+    pub relative_outermost_mm: f64,
+    /// Over the others.
+    pub relative_others_mm: f64,
 }
 
 impl ExpectedError {
+    /// With the worst places in the axes of a robot file.
+    pub(crate) fn in_axes_of(self, convention: &Convention) -> Self {
+        let at = |own: [f64; 3]| convention.vector(&own.into()).into();
+        Self {
+            absolute_worst_at_mm: at(self.absolute_worst_at_mm),
+            relative_worst_at_mm: at(self.relative_worst_at_mm),
+            ..self
+        }
+    }
+
     /// For a robot with this covariance of its parameters, within the limits of a file.
     pub(crate) fn of_robot(
         file: &RobotFile,
@@ -324,17 +335,29 @@ impl ExpectedError {
                     })
                 })
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
-            Some(PositionSigma {
-                rms: f64::sqrt(sum / count),
-                outermost,
-                others,
-                max: largest.sqrt(),
-                max_at: worst.position,
-            })
+            let rms = f64::sqrt(sum / count);
+            let at = worst.position.into();
+            Some(([rms, largest.sqrt(), outermost, others], at))
         };
+        let ([absolute_rms_mm, absolute_worst_mm, ..], absolute_worst_at_mm) =
+            over(&|_, jacobian| variance(covariance, jacobian))?;
+        let (relative, relative_worst_at_mm) =
+            over(&|position, jacobian| variance(covariance, &left(position, jacobian)))?;
+        let [
+            relative_rms_mm,
+            relative_worst_mm,
+            relative_outermost_mm,
+            relative_others_mm,
+        ] = relative;
         Some(Self {
-            absolute: over(&|_, jacobian| variance(covariance, jacobian))?,
-            intrinsic: over(&|position, jacobian| variance(covariance, &left(position, jacobian)))?,
+            absolute_rms_mm,
+            absolute_worst_mm,
+            absolute_worst_at_mm,
+            relative_rms_mm,
+            relative_worst_mm,
+            relative_worst_at_mm,
+            relative_outermost_mm,
+            relative_others_mm,
         })
     }
 }

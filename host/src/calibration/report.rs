@@ -75,7 +75,7 @@ pub struct Report {
     /// By what the readings' part of every σ was multiplied because of residuals and causes.
     pub sigma_widened_by: f64,
     /// The position error that the calibrated robot is expected to have.
-    pub expected_error: Option<ExpectedReport>,
+    pub expected_error: Option<ExpectedError>,
     /// What each source contributes to it, the largest first.
     pub budget: Vec<Contribution>,
     /// What rods of which nothing is known add to it.
@@ -209,27 +209,6 @@ pub struct SampleReport {
     pub(crate) suspected: bool,
 }
 
-/// Expected position errors, standard uncertainties: mm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ExpectedReport {
-    /// In the frame of the robot's base, rms over the workspace.
-    pub absolute_rms_mm: f64,
-    /// At the worst place.
-    pub absolute_worst_mm: f64,
-    /// Where that is.
-    pub absolute_worst_at_mm: [f64; 3],
-    /// After the best rigid motion, rms over the workspace.
-    pub relative_rms_mm: f64,
-    /// At the worst place.
-    pub relative_worst_mm: f64,
-    /// Where that is.
-    pub relative_worst_at_mm: [f64; 3],
-    /// Relative, over the tenth of the poses that are outermost, rms.
-    pub relative_outermost_mm: f64,
-    /// Over the others.
-    pub relative_others_mm: f64,
-}
-
 /// An expanded uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ExpandedReport {
@@ -290,7 +269,7 @@ impl Report {
         let (expected, known) = judged.expected();
         after.instruments.expected = expected
             .as_ref()
-            .map(|own| [own.absolute.rms, own.intrinsic.rms]);
+            .map(|own| [own.absolute_rms_mm, own.relative_rms_mm]);
         let spread = Spread::of(
             solution,
             &after.tool(),
@@ -323,7 +302,7 @@ impl Report {
             noise: judged.noise,
             causes: judged.causes,
             sigma_widened_by: judged.widening,
-            expected_error: expected.map(|own| expected_report(own, &before.convention)),
+            expected_error: expected.map(|own| own.in_axes_of(&before.convention)),
             budget: budget(solution, before, &judged.poses.inside),
             unknown_rods: unknown_rods(before, solution, &judged.poses.inside),
             // Those of a printer are its bed's.
@@ -514,38 +493,26 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
     shown.into_iter().map(of).collect()
 }
 
-pub(crate) fn expected_report(expected: &ExpectedError, convention: &Convention) -> ExpectedReport {
-    let (absolute, relative) = (&expected.absolute, &expected.intrinsic);
-    ExpectedReport {
-        absolute_rms_mm: absolute.rms,
-        absolute_worst_mm: absolute.max,
-        absolute_worst_at_mm: convention.vector(&absolute.max_at).data.0[0],
-        relative_rms_mm: relative.rms,
-        relative_worst_mm: relative.max,
-        relative_worst_at_mm: convention.vector(&relative.max_at).data.0[0],
-        relative_outermost_mm: relative.outermost,
-        relative_others_mm: relative.others,
-    }
-}
-
 fn expanded(
     solution: &Solution,
     expected: &ExpectedError,
     spread: &Spread,
 ) -> Option<ExpandedReport> {
-    let (of, sigma) = if solution.is_absolute() {
-        ("absolute", &expected.absolute)
+    let (of, rms, worst) = if solution.is_absolute() {
+        let worst = expected.absolute_worst_mm;
+        ("absolute", expected.absolute_rms_mm, worst)
     } else {
-        ("relative", &expected.intrinsic)
+        let worst = expected.relative_worst_mm;
+        ("relative", expected.relative_rms_mm, worst)
     };
     let workspace_mm = spread.expanded()?;
     Some(ExpandedReport {
         of,
         coverage: COVERAGE,
-        coverage_factor: workspace_mm / sigma.rms,
+        coverage_factor: workspace_mm / rms,
         degrees_of_freedom: solution.estimated_freedom(),
         workspace_mm,
-        worst_mm: spread.factor_at_worst()? * sigma.max,
+        worst_mm: spread.factor_at_worst()? * worst,
     })
 }
 

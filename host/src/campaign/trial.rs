@@ -144,13 +144,8 @@ fn fkm(
         })
         .collect();
     let mut solve = |noise: Noise<f64>| {
-        let instruments = Instruments {
-            sensor_frame: false,
-            planes: &[],
-            points: &[],
-            noise: ObservationNoise::new(noise, 1.0, 1.0).map_err(|_| Refusal::Unfinished)?,
-            transmission: None,
-        };
+        let noise = ObservationNoise::new(noise, 1.0, 1.0).map_err(|_| Refusal::Unfinished)?;
+        let instruments = Instruments::new(noise);
         let problem = ObservationProblem::<f64, 24>::prepare(nominal, &instruments, &mut rows);
         let problem = problem.map_err(|error| match error {
             PrepareError::Refused(refusal) => refusal,

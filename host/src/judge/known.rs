@@ -35,7 +35,7 @@ pub struct Known {
 
 /// The part of the position error that is a rigid motion: mm.
 fn place(expected: &ExpectedError) -> f64 {
-    let (absolute, relative) = (expected.absolute.rms, expected.intrinsic.rms);
+    let (absolute, relative) = (expected.absolute_rms_mm, expected.relative_rms_mm);
     (absolute * absolute - relative * relative).max(0.0).sqrt()
 }
 

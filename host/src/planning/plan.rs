@@ -8,7 +8,6 @@ use super::selection::Selection;
 use super::setup::{Planned, Setup};
 use crate::accuracy::information::parameters;
 use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses};
-use crate::calibration::report::{ExpectedReport, expected_report};
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Frame;
 use crate::fit::solution::RobotCovariance;
@@ -70,7 +69,7 @@ pub struct Plan {
     pub by_targets: Vec<Precision>,
     /// The nominal robot's expected error over its workspace or the region, with the worst places.
     #[serde(rename = "expected_error")]
-    pub expected: ExpectedReport,
+    pub expected: ExpectedError,
     /// The instruments and noise assumed.
     #[serde(skip)]
     pub setup: Setup,
@@ -234,7 +233,7 @@ impl<'a> Bench<'a> {
             before: self.judge.before(),
             after: after.ok_or(PlanError::Singular)?,
             by_targets: by_targets.collect(),
-            expected: expected_report(&expected.ok_or(PlanError::NoPose)?, convention),
+            expected: expected.ok_or(PlanError::NoPose)?.in_axes_of(convention),
             measurements,
             setup: setup.clone(),
         })

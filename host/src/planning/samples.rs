@@ -10,7 +10,6 @@ use super::selection::Selection;
 use super::setup::{Planned, Setup};
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::ExpectedError;
-use crate::calibration::report::{ExpectedReport, expected_report};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
 use crate::fit::Frame;
@@ -55,11 +54,11 @@ pub struct Determined {
     /// Noise and tolerance, in words.
     pub assumptions: String,
     /// The expected position error within the tolerance; `None` without a tolerance.
-    pub expected_error_before: Option<ExpectedReport>,
+    pub expected_error_before: Option<ExpectedError>,
     /// The expected error after these rows; `None` if they cannot be measured.
-    pub expected_error: Option<ExpectedReport>,
+    pub expected_error: Option<ExpectedError>,
     /// The expected error after these rows and the proposed ones.
-    pub expected_error_with_next: Option<ExpectedReport>,
+    pub expected_error_with_next: Option<ExpectedError>,
     /// The measurements best added, the best first.
     pub next: Vec<Planned>,
     /// Why there is none; `None` if there are some or none was requested.
@@ -142,15 +141,14 @@ impl Determined {
             now.as_ref(),
         );
         let unknown = unknown_parameter(&robot, &of_robot);
-        let rms = [&before, &now].map(|own| own.as_ref().map(|own| own.intrinsic.rms));
+        let rms = [&before, &now].map(|own| own.as_ref().map(|own| own.relative_rms_mm));
         let worthwhile = match rms {
             [Some(before), Some(now)] => now <= WORTHWHILE * before,
             [None, Some(_)] => true,
             [_, None] => false,
         };
-        let report = |own: Option<ExpectedError>| {
-            own.map(|own| expected_report(&own, &setup.robot.convention))
-        };
+        let convention = &setup.robot.convention;
+        let report = |own: Option<ExpectedError>| own.map(|own| own.in_axes_of(convention));
         Ok(Self {
             robot_file: setup.robot.name.clone(),
             samples_file: file.name.clone(),

@@ -2,7 +2,7 @@
 //! file to fill in.
 
 use super::Versioned;
-use crate::calibration::report::ExpectedReport;
+use crate::accuracy::uncertainty::ExpectedError;
 use crate::files::columns::Quantity;
 use crate::files::convention::Convention;
 use crate::fit::Frame;
@@ -246,7 +246,7 @@ pub fn csv(planned: &[Planned], convention: &Convention) -> String {
     lines.collect()
 }
 
-type Figure = fn(&ExpectedReport) -> f64;
+type Figure = fn(&ExpectedError) -> f64;
 
 /// What the rows of a file determine, for the terminal.
 pub fn samples_text(determined: &Determined) -> String {
@@ -277,7 +277,7 @@ pub fn samples_text(determined: &Determined) -> String {
     ];
     let row = |rms: Figure, worst: Figure| {
         let cell =
-            |own: &Option<ExpectedReport>, of: Figure| small_or("unknown", own.as_ref().map(of));
+            |own: &Option<ExpectedError>, of: Figure| small_or("unknown", own.as_ref().map(of));
         let mut cells = vec![cell(before, rms), cell(now, rms), cell(now, worst)];
         cells.extend(next.as_ref().map(|own| small(rms(own))));
         cells

@@ -227,7 +227,9 @@ impl Case {
 /// the robot that was measured and fails another one, with a noise as large as what the rows were made with.
 #[test]
 fn all_commands_say_the_same_of_the_same_readings() {
-    let cases: Vec<_> = (1..).zip(all()).collect();
+    let cases = (1..).zip(all());
+    // In the short campaign every other one, so that every pair still occurs.
+    let cases: Vec<_> = cases.filter(|own| own.0 % 4 < size(2, 4)).collect();
     let sums = std::thread::scope(|threads| {
         let each = cases.chunks(cases.len().div_ceil(8));
         let each: Vec<_> = each.map(|own| threads.spawn(|| agreed(own))).collect();

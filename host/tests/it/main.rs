@@ -25,6 +25,7 @@ mod export;
 mod faults;
 mod help;
 mod import;
+mod intervals;
 mod kinematics;
 mod linuxcnc;
 mod messages;

@@ -2,15 +2,14 @@
 
 use crate::support::simulated::twelve;
 use crate::support::{
-    Folder, NOMINAL, Point, TO_MEASURE, assert_refused, distance, nominal_arms, number, platform,
-    true_arms,
+    Cells, Folder, NOMINAL, Point, TO_MEASURE, assert_refused, cells_of, distance, nominal_arms,
+    number, platform, true_arms,
 };
 use delta_cal::simulate::made_robot;
 use delta_cal_host::ReadingFrom;
 use delta_cal_host::planning::{Kind, PlanRequest, plan};
 use delta_cal_tests::generator;
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 const KNOWN: &str = "[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n[noise]\nposition_mm = 0.02\n\
@@ -26,33 +25,25 @@ fn folder() -> Folder {
     folder
 }
 
-/// The cells of a plan by their column.
-fn cells(csv: &str) -> Vec<BTreeMap<&str, &str>> {
-    let mut lines = csv.lines();
-    let header: Vec<_> = lines.next().unwrap().split(',').collect();
-    let rows = lines.map(|line| header.iter().copied().zip(line.split(',')).collect());
-    rows.collect()
-}
-
-fn numbers(row: &BTreeMap<&str, &str>, names: [&str; 3]) -> Point {
+fn numbers(row: &Cells, names: [&str; 3]) -> Point {
     names.map(|name| row[name].parse().unwrap())
 }
 
-fn pose(row: &BTreeMap<&str, &str>) -> Point {
+fn pose(row: &Cells) -> Point {
     numbers(row, ["q1_deg", "q2_deg", "q3_deg"])
 }
 
-fn nominal(row: &BTreeMap<&str, &str>) -> Point {
+fn nominal(row: &Cells) -> Point {
     numbers(row, ["_nominal_x_mm", "_nominal_y_mm", "_nominal_z_mm"])
 }
 
 /// Joint angles and nominal positions of a plan; the cells to fill in are empty.
 fn planned(csv: &str) -> Vec<[Point; 2]> {
-    let row = |row: BTreeMap<&str, &str>| {
-        assert_eq!(["x_mm", "y_mm", "z_mm"].map(|name| row[name]), [""; 3]);
+    let row = |row: Cells| {
+        assert_eq!(["x_mm", "y_mm", "z_mm"].map(|name| &row[name]), [""; 3]);
         [pose(&row), nominal(&row)]
     };
-    cells(csv).into_iter().map(row).collect()
+    cells_of(csv).into_iter().map(row).collect()
 }
 
 fn json(folder: &Folder, arguments: &str) -> Value {
@@ -303,30 +294,27 @@ fn an_unknown_frame_leaves_absolute_positions_to_the_tolerance() {
 
 /// A plan filled in with readings from a plate at z = -600 mm and a bar, for a robot with errors.
 fn filled(plan: &str) -> String {
-    let mut lines = plan.lines();
-    let header: Vec<_> = lines.next().unwrap().split(',').collect();
-    let fill = |line: &str| {
-        let cells: Vec<_> = line.split(',').collect();
+    let header = plan.lines().next().unwrap();
+    let fill = |row: &Cells| {
         let there = |joint: &str| {
             let joints = [1, 2, 3].map(|number| format!("{joint}{number}_deg"));
-            let place = joints.map(|name| header.iter().position(|own| *own == name).unwrap());
-            platform(
-                &true_arms(),
-                place.map(|place| cells[place].parse().unwrap()),
-            )
+            platform(&true_arms(), joints.map(|name| row[&name].parse().unwrap()))
         };
         let at = there("q");
-        let cells = header.iter().zip(&cells).map(|(name, cell)| match *name {
+        let cells = header.split(',').map(|name| match name {
             "x_mm" => format!("{:.4}", at[0]),
             "y_mm" => format!("{:.4}", at[1]),
             "z_mm" => format!("{:.4}", at[2]),
             "height_mm" => format!("{:.4}", at[2] + 600.0),
             "distance_mm" => format!("{:.4}", distance(at, there("to_q"))),
-            _ => (*cell).to_owned(),
+            _ => row[name].clone(),
         });
         cells.collect::<Vec<_>>().join(",") + "\n"
     };
-    header.join(",") + "\n" + &lines.map(fill).collect::<String>()
+    format!(
+        "{header}\n{}",
+        cells_of(plan).iter().map(fill).collect::<String>()
+    )
 }
 
 /// The same rows in a plan, a file and a calibration give the same expected error, wherever the instruments are, and
@@ -453,7 +441,7 @@ fn no_plan_drives_a_tip_into_its_plate() {
             robot == "unknown" || (plate + 560.0).abs() < 1e-9,
             "{plate}"
         );
-        let rows = cells(&csv);
+        let rows = cells_of(&csv);
         for row in &rows {
             let [x, y, z] = platform(&nominal_arms(), pose(row));
             let tip = [x + 5.0, y, z - 50.0];
@@ -499,7 +487,7 @@ fn datum_points_locate_the_sensor_of_a_plan() {
         .run("plan datum.toml --count 8 --frame sensor --output -")
         .ok()
         .stdout;
-    for row in &cells(&csv) {
+    for row in &cells_of(&csv) {
         let [x, y, z] = platform(&nominal_arms(), pose(row));
         let seen = [700.0 - y, x + 20.0, z - 25.0];
         assert!(distance(seen, nominal(row)) < 1e-5, "{seen:?} {row:?}");

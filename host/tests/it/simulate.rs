@@ -1,13 +1,11 @@
 //! `delta-cal simulate`.
 
-use crate::support::{Folder, NOMINAL, TOWERS, assert_refused, cases};
+use crate::support::{Cells, Folder, NOMINAL, TOWERS, assert_refused, cases, cells_of};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Two scenarios, eight calibration settings; some robots are refused.
 const CAMPAIGN: &str = include_str!("../files/campaign.toml");
-
-type Cells = BTreeMap<String, String>;
 
 fn with_campaign(text: &str) -> Folder {
     let folder = Folder::new();
@@ -15,16 +13,10 @@ fn with_campaign(text: &str) -> Folder {
     folder
 }
 
-/// The rows of a CSV file as maps from column to cell.
-fn table(text: &str) -> Vec<Cells> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    reader.deserialize().collect::<Result<_, _>>().unwrap()
-}
-
 /// The rows that a command writes to standard output.
 fn rows(folder: &Folder, command: &str) -> Vec<Cells> {
     let run = folder.run(&format!("simulate {command} --output -"));
-    table(&run.ok().stdout)
+    cells_of(&run.ok().stdout)
 }
 
 fn number(row: &Cells, column: &str) -> f64 {
@@ -40,7 +32,7 @@ fn run_and_summarize(folder: &Folder) -> (Vec<Cells>, Vec<Value>) {
         .ok()
         .json();
     let summary = summary.as_array().unwrap().clone();
-    (table(&folder.read("rows.csv")), summary)
+    (cells_of(&folder.read("rows.csv")), summary)
 }
 
 /// Whether a row belongs to a case of the summary.
@@ -321,13 +313,13 @@ fn the_papers_rows_stand_beside_what_is_found_here() {
         .ok();
     let text = folder.read("results.csv");
     assert_eq!(text.lines().next(), Some(RESULTS));
-    let results = table(&text);
+    let results = cells_of(&text);
     let has = |column: &str, value: &str| results.iter().any(|row| row[column] == value);
     assert!(has("solver", "gn") && has("solver", "lm") && has("case", "number-of-poses"));
     let same = |one: &str, other: &str| {
         one == other || one.parse::<f64>().is_ok_and(|one| other.parse() == Ok(one))
     };
-    for figure in table(include_str!("../../examples/paper/figures.csv")) {
+    for figure in cells_of(include_str!("../../examples/paper/figures.csv")) {
         let stated = ["case", "method", "poses", "start_error_mm"];
         let stated = stated.map(|column| (column, &figure[column]));
         let is_of = |row: &&Cells| {

@@ -5,13 +5,13 @@ use crate::support::{
 };
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, ParameterKind};
-use delta_cal::{Parameter, Robot, SymmetricRobot, Tolerance};
+use delta_cal::{Parameter, Robot, Tolerance};
 use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
 use delta_cal_host::geometry::Reach;
 use delta_cal_host::report::workspace::NAMES;
 use delta_cal_host::workspace::{Analysis, Influence, Mesh, Options, Workspace, cylinders};
-use delta_cal_tests::geometries::{geometries, linear_geometries};
+use delta_cal_tests::geometries::{geometries, linear_geometries, symmetric};
 use delta_cal_tests::{Spread, perturbed, size, uniform};
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
@@ -65,18 +65,8 @@ impl Case {
     }
 }
 
-fn symmetric(base: f64, upper: f64, fore: f64) -> Robot<f64> {
-    let symmetric = SymmetricRobot {
-        base_radius: base,
-        platform_radius: 0.0,
-        upper_arm: upper,
-        forearm: fore,
-    };
-    symmetric.robot().unwrap()
-}
-
 fn paper() -> Robot<f64> {
-    symmetric(164.0, 260.0, 480.0)
+    symmetric([164.0, 0.0, 260.0, 480.0])
 }
 
 fn reach(low: f64, high: f64, forearm: Option<f64>) -> Reach {
@@ -90,7 +80,7 @@ fn reach(low: f64, high: f64, forearm: Option<f64>) -> Reach {
 /// Robots whose boundaries have faces of every kind.
 fn cases() -> Vec<Case> {
     let mut rng = Pcg32::seed_from_u64(7);
-    let long = symmetric(100.0, 400.0, 450.0);
+    let long = symmetric([100.0, 0.0, 400.0, 450.0]);
     let mut cases = vec![
         ("paper", paper(), reach(-60.0, 90.0, None)),
         ("ball joints", paper(), reach(-60.0, 90.0, Some(30.0))),
@@ -245,7 +235,7 @@ fn the_volume_is_that_of_the_forward_sweep() {
     for (robot, forearm) in [
         (paper(), None),
         (paper(), Some(30.0)),
-        (symmetric(100.0, 200.0, 520.0), None),
+        (symmetric([100.0, 0.0, 200.0, 520.0]), None),
         (
             perturbed(&paper(), 20.0, 0.1, Spread::Uniform, &mut rng),
             Some(45.0),

@@ -181,13 +181,10 @@ fn observations<T: Scalar>(
         }
     }
     let number = T::from_f64;
+    let noise = ObservationNoise::new(noise(), number(0.05), number(0.05));
     let instruments = Instruments {
-        sensor_frame: false,
         planes: &[Plane::default()],
-        points: &[],
-        noise: ObservationNoise::new(noise(), number(0.05), number(0.05))
-            .expect("the numbers are a noise"),
-        transmission: None,
+        ..Instruments::new(noise.expect("the numbers are a noise"))
     };
     let settings = Settings::new().with_tolerance(tolerance(3.0));
     let problem = match ObservationProblem::<T, N>::prepare(nominal, &instruments, &mut rows) {

@@ -160,12 +160,7 @@ fn every_option_has_the_bits_of_the_core() {
 #[test]
 fn a_robot_that_changes_is_told_before_the_solve_and_refused_by_it() {
     let mut driver = Driver::<f32, _>::start(Flash::new());
-    let begin = Begin {
-        gate: true,
-        estimator: Estimator::Joint,
-        ..begin(1)
-    };
-    driver.begin_with(begin);
+    driver.begin_with(full());
     let mut all = samples::<f32>(2, 60);
     for sample in &mut all[50..] {
         sample.position.z += 1.0;
@@ -192,7 +187,7 @@ fn a_robot_that_changes_is_told_before_the_solve_and_refused_by_it() {
 const SAMPLES: usize = 16 * PAGE;
 
 /// Every sample is stored.
-const ALWAYS: StreamPace = StreamPace {
+pub(crate) const ALWAYS: StreamPace = StreamPace {
     seconds: 0,
     part: u32::MAX,
 };

@@ -1,10 +1,11 @@
 //! Ports and controllers that keep a client busy: every request and every session comes to its end.
 
+use crate::controller::driver::begin;
 use delta_cal::{Refusal, Sample};
 use delta_cal_host::device::{Client, DeviceError, Patience, Transport, calibrate, in_use};
 use delta_cal_protocol::{
-    Begin, ControlLoop, Direction, Estimator, Fault, Geometry, LARGEST_FRAME, Origin, Parameters,
-    Phase, Receiver, Request, Response, Status, encode,
+    Begin, ControlLoop, Direction, Fault, Geometry, LARGEST_FRAME, Origin, Parameters, Phase,
+    Receiver, Request, Response, Status, encode,
 };
 use delta_cal_tests::paper_robot;
 use nalgebra::Vector3;
@@ -143,16 +144,6 @@ impl<F: FnMut(&Request<f32>) -> Response<f32>> Transport for Scripted<F> {
     }
 }
 
-const BEGIN: Begin<f32> = Begin {
-    session: 0,
-    tolerance: None,
-    joint_zero: None,
-    noise: None,
-    estimator: Estimator::Arms,
-    gate: false,
-    forgetting: None,
-};
-
 fn samples() -> Vec<Sample<f32>> {
     let sample = Sample {
         joints: [0.1; 3],
@@ -199,7 +190,7 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
 /// Sends 20 measurements; how many requests that took.
 fn gives_up(answer: impl FnMut(&Request<f32>) -> Response<f32>) -> usize {
     let mut client = Scripted::client(answer);
-    let error = calibrate(&mut client, &BEGIN, &samples(), &mut |_| {}).unwrap_err();
+    let error = calibrate(&mut client, &begin(0), &samples(), &mut |_| {}).unwrap_err();
     assert!(matches!(error, DeviceError::SessionsLost(_)), "{error:?}");
     client.transport_mut().requests
 }
@@ -254,7 +245,7 @@ fn a_session_that_has_samples_already_is_another_clients() {
         Request::Solve { .. } => Response::Fault(Fault::Busy),
         request => honest(request, &open),
     });
-    let ended = calibrate(&mut client, &BEGIN, &samples(), &mut |_| {});
+    let ended = calibrate(&mut client, &begin(0), &samples(), &mut |_| {});
     // It came as far as the solve, with all samples of its own.
     assert!(
         matches!(ended, Err(DeviceError::Fault(Fault::Busy))),
@@ -287,7 +278,7 @@ fn a_restart_before_the_session_is_no_part_of_it() {
             request => honest(request, &open),
         }
     });
-    let finished = calibrate(&mut client, &BEGIN, &samples(), &mut |_| {}).unwrap();
+    let finished = calibrate(&mut client, &begin(0), &samples(), &mut |_| {}).unwrap();
     assert_eq!(finished.result, Err(refusal));
     let [before, after] = [finished.status_before, finished.status_after].map(|s| s.control.turns);
     assert!(before < after && after <= 25, "{before}, {after}");

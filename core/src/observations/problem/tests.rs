@@ -70,20 +70,15 @@ fn check_derivatives<const N: usize>(
 ) where
     f64: Unknowns<N>,
 {
+    let (planes, mut points) = ([Plane::default()], [Point::default(); 2]);
+    points[0].offset = true;
+    let noise = Noise::by_axis([0.02, 0.03, 0.1], 1e-4).unwrap();
     #[allow(unused_mut)]
     let mut instruments = Instruments {
         sensor_frame: true,
-        planes: &[Plane::default()],
-        points: &[
-            Point {
-                known: None,
-                offset: true,
-            },
-            Point::default(),
-        ],
-        noise: ObservationNoise::new(Noise::by_axis([0.02, 0.03, 0.1], 1e-4).unwrap(), 0.05, 0.03)
-            .unwrap(),
+        noise: ObservationNoise::new(noise, 0.05, 0.03).unwrap(),
         transmission,
+        ..instruments(&planes, &points)
     };
     #[cfg(feature = "linear")]
     if 24 + instruments.unknowns() < N {

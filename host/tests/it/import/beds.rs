@@ -251,7 +251,7 @@ fn six_touches_of_a_calibrated_printer_write_no_lines() {
 #[test]
 fn ten_rounds_settle() {
     let set = set("A1");
-    let printers = size(4_u32, 20);
+    let printers = size(2_u32, 20);
     for (target, configuration) in LINEAR
         .into_iter()
         .zip(["printer.cfg", "config.g", "m503.txt"])

@@ -6,6 +6,7 @@ pub(crate) mod simulated;
 
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -248,6 +249,15 @@ pub(crate) fn arms_of(toml: &str) -> [Arm; 3] {
         .map(|arm| KEYS.map(|key| arm[key].as_float().unwrap()))
         .collect();
     arms.try_into().unwrap()
+}
+
+/// The cells of a row of a CSV file by their column.
+pub(crate) type Cells = BTreeMap<String, String>;
+
+/// The rows of a CSV file.
+pub(crate) fn cells_of(text: &str) -> Vec<Cells> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    reader.deserialize().collect::<Result<_, _>>().unwrap()
 }
 
 /// The rows of numbers of a CSV file below its header.

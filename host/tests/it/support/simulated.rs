@@ -118,7 +118,10 @@ pub(crate) fn readings(
     }
     let mut before = [0.0; 3];
     for index in 0..rows {
-        let joints = random_pose(truth, &file.limits, rng).unwrap().joints;
+        let joints = match file.within {
+            None => random_pose(truth, &file.limits, rng).unwrap().joints,
+            Some(_) => worked(file, truth, rng),
+        };
         let x = truth.forward(&joints).unwrap();
         let uncertain = instrument == Instrument::Uncertain;
         let position = position
@@ -206,6 +209,16 @@ pub(crate) fn worked(file: &RobotFile, truth: &Robot<f64>, rng: &mut Pcg32) -> [
             return pose.joints;
         }
     }
+}
+
+/// Where a robot of this file works: a cylinder around the z axis, half a forearm wide, below the motors.
+pub(crate) fn working(file: &RobotFile) -> Region {
+    let mut down = [0.35, 0.7, 1.0, 0.0, -0.4].into_iter();
+    let middle = down.find_map(|q| file.robot.forward(&[q; 3]).ok());
+    let middle = middle.unwrap().z;
+    let [radius, low, high] = [0.45, -0.2, 0.2].map(|own| own * file.robot.arms()[0].lb());
+    let region = format!("r={radius},z={}..{}", middle + low, middle + high);
+    region.parse().unwrap()
 }
 
 /// Where a wire begins.
@@ -303,7 +316,7 @@ impl Promise {
 }
 
 /// The length of each of these errors.
-fn position_lengths(
+pub(crate) fn position_lengths(
     reach: &Reach,
     poses: &[[f64; 3]],
     found: &Robot<f64>,

@@ -36,6 +36,22 @@ fn observation(index: usize, sample: &Sample<f32>, whole: bool) -> Observation<f
     observation
 }
 
+fn instruments(sensor_frame: bool) -> Result<Instruments<'static, f32>, fmt::Error> {
+    let noise = ObservationNoise::new(noise(), 0.02, 0.02).map_err(|_| fmt::Error)?;
+    Ok(Instruments {
+        sensor_frame,
+        planes: &[Plane {
+            known: None,
+            level: None,
+        }],
+        points: &[Point {
+            known: None,
+            offset: false,
+        }],
+        ..Instruments::new(noise)
+    })
+}
+
 /// In the robot's frame, and in a sensor's, with all coordinates and with two.
 pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
     measure_in(report, "", false, false)?;
@@ -50,18 +66,9 @@ fn any(report: &mut Report<'_>) -> fmt::Result {
     let mut steps = Counts::default();
     for rows in [3, 12, 25, ROWS] {
         for (seed, settings) in (0..).zip(stated()) {
-            let mut calibrator = Calibrator::new(
-                &nominal(),
-                &Instruments {
-                    sensor_frame: false,
-                    planes: &[Plane::default()],
-                    points: &[Point::default()],
-                    noise: ObservationNoise::new(noise(), 0.02, 0.02).map_err(|_| fmt::Error)?,
-                    transmission: None,
-                },
-                &settings.with_free_start(rows % 2 == 1),
-            )
-            .map_err(|_| fmt::Error)?;
+            let settings = settings.with_free_start(rows % 2 == 1);
+            let calibrator = Calibrator::new(&nominal(), &instruments(false)?, &settings);
+            let mut calibrator = calibrator.map_err(|_| fmt::Error)?;
             for (index, sample) in measured::<ROWS>(seed).iter().enumerate().take(rows) {
                 let observation = observation(index, sample, true);
                 calibrator.add(&observation).map_err(|_| fmt::Error)?;
@@ -82,15 +89,8 @@ fn any(report: &mut Report<'_>) -> fmt::Result {
 #[inline(never)]
 fn measure_in(report: &mut Report<'_>, name: &str, sensor_frame: bool, whole: bool) -> fmt::Result {
     let robot = nominal::<f32>();
-    let instruments = Instruments {
-        sensor_frame,
-        planes: &[Plane::default()],
-        points: &[Point::default()],
-        noise: ObservationNoise::new(noise(), 0.02, 0.02).map_err(|_| fmt::Error)?,
-        transmission: None,
-    };
     let settings = Settings::default().with_tolerance(tolerance());
-    let calibrator = Calibrator::new(&robot, &instruments, &settings);
+    let calibrator = Calibrator::new(&robot, &instruments(sensor_frame)?, &settings);
     let mut calibrator = calibrator.map_err(|_| fmt::Error)?;
     let mut taken_in = 0;
     for (index, sample) in measured::<ROWS>(3).iter().enumerate() {

@@ -92,10 +92,10 @@ pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>
                  write a table x_mm,y_mm,height_mm with the places, or touch the bed by the commands of delta-cal plan \
                  and give that answer",
             )
-        } else if hold(&["\nprobe\n", "\ng30 "]) {
+        } else if hold(&["\nprobe\n", "\ng30 ", "factors using"]) {
             (
-                "these are commands that touch the bed, without the answers",
-                "run them, save the console output, and give that",
+                "these are touches of the bed without the answers",
+                "run the commands of delta-cal plan, save the console output, and give that",
             )
         } else {
             return Ok(None);
@@ -207,57 +207,44 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
         if own.split([' ', '\t', ';']).any(|word| word == "g20") {
             return Err(in_inches(text.name(), line, "the touches are in inches"));
         }
-        let mut add = |named, x: Option<f64>, y: Option<f64>, z: Option<f64>| {
-            if let (Some(x), Some(y), Some(z)) = (x, y, z) {
+        let mut add = |of_probe: bool, at: [Option<f64>; 3]| {
+            if let [Some(x), Some(y), Some(z)] = at {
                 let at = [x, y, z];
+                let named = if of_probe {
+                    Named::Probe
+                } else {
+                    Named::Nozzle
+                };
                 touches.push(Touch { line, at, named });
             }
         };
+        let [to_x, to_y] = commanded;
         if let Some(rest) = after("probe at ").or(after("probe: at ")) {
             let (x, y) = rest.split_once(',').unwrap_or_default();
             // Since January 2026 Klipper names the place of the probe.
-            let named = if own.contains("bed will contact") {
-                Named::Probe
-            } else {
-                Named::Nozzle
-            };
-            add(named, first(x), first(y), number("z="));
+            let of_probe = own.contains("bed will contact");
+            add(of_probe, [first(x), first(y), number("z=")]);
         } else if let Some(rest) = after("bed x:") {
-            add(Named::Probe, first(rest), number("y:"), number("z:"));
+            add(true, [first(rest), number("y:"), number("z:")]);
         } else if let Some(rest) = after("z-probe:") {
             // It states how far down the probe went.
-            add(
-                Named::Nozzle,
-                number("x:"),
-                number("y:"),
-                first(rest).map(|own| -own),
-            );
+            let z = first(rest).map(|own| -own);
+            add(false, [number("x:"), number("y:"), z]);
         } else if let Some(rest) = after("probe: x").or(after("debug: x")) {
             // The grid names the place of the probe. Colons are written or not.
-            let named = if own.contains("debug:") {
-                Named::Probe
-            } else {
-                Named::Nozzle
-            };
-            let [x, y, z] = three(&rest.replace(['y', 'z', ':'], ""));
-            add(named, x, y, z);
+            let place = rest.replace(['y', 'z', ':'], "");
+            add(own.contains("debug:"), three(&place));
         } else if let Some((place, _)) = after("[prb:").and_then(|own| own.split_once(":1]")) {
-            let [x, y, z] = three(place);
-            add(Named::Nozzle, x, y, z);
+            add(false, three(place));
         } else if of_smoothieware
             && let Some(rest) = own
                 .rsplit(": ")
                 .next()
                 .and_then(|own| own.strip_prefix("z:"))
         {
-            add(
-                Named::Nozzle,
-                commanded[0],
-                commanded[1],
-                first(rest).map(|own| -own),
-            );
+            add(false, [to_x, to_y, first(rest).map(|own| -own)]);
         } else if let Some(rest) = after("stopped at height") {
-            add(Named::Nozzle, commanded[0], commanded[1], first(rest));
+            add(false, [to_x, to_y, first(rest)]);
         } else if own.contains("iteration") {
             // The following points were measured with other parameters.
             break;

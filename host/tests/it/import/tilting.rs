@@ -221,3 +221,26 @@ fn the_pair_of_rods_that_tilts_the_effector_is_named() {
         assert!(text.contains(&lower), "{lower}\n{text}");
     }
 }
+
+/// Level effectors above uneven beds, touched with the probe alone.
+#[test]
+fn no_rods_of_a_level_effector_are_named() {
+    let printers = size(20, 200);
+    let named = (0..printers).filter(|index| {
+        let mut rng = generator(5502, *index);
+        let made = Made::new(&set("A1"), &mut rng);
+        let noise: Vec<_> = (0..23).map(|_| TOUCH * normal(&mut rng)).collect();
+        let touched = Touched {
+            made: &made,
+            noise: &noise,
+            beside: BESIDE,
+        };
+        let folder = folder(&configuration(BESIDE));
+        folder.write("console.txt", touched.console());
+        let run = folder.run("calibrate printer.cfg console.txt").ok();
+        run.stdout.contains("The effector tilts") || run.stdout.contains("parallelogram_mm")
+    });
+    let named = named.count() as u64;
+    eprintln!("{named} of {printers} level effectors named");
+    assert!(20 * named <= printers, "{named} of {printers}");
+}

@@ -61,6 +61,12 @@ pub(super) struct Touch {
     pub(super) named: Named,
 }
 
+impl Touch {
+    const fn of(named: Named, line: u64, at: [f64; 3]) -> Self {
+        Self { line, at, named }
+    }
+}
+
 /// The printer with the touches in the answers of a console, one for each place. Each height is their mean, which is the
 /// probe's offset. `None` if there are no answers.
 ///
@@ -209,13 +215,8 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
         }
         let mut add = |of_probe: bool, at: [Option<f64>; 3]| {
             if let [Some(x), Some(y), Some(z)] = at {
-                let at = [x, y, z];
-                let named = if of_probe {
-                    Named::Probe
-                } else {
-                    Named::Nozzle
-                };
-                touches.push(Touch { line, at, named });
+                let named = [Named::Nozzle, Named::Probe][usize::from(of_probe)];
+                touches.push(Touch::of(named, line, [x, y, z]));
             }
         };
         let [to_x, to_y] = commanded;
@@ -270,11 +271,8 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
     })?;
     for (line, (direction, out, z)) in of_g33 {
         let (sine, cosine) = f64::to_radians(direction).sine_cosine();
-        touches.push(Touch {
-            line,
-            at: [out * radius * cosine, out * radius * sine, z],
-            named: Named::Nozzle,
-        });
+        let at = [out * radius * cosine, out * radius * sine, z];
+        touches.push(Touch::of(Named::Nozzle, line, at));
     }
     Ok(touches)
 }
@@ -308,7 +306,7 @@ fn table(name: &str, content: &str) -> Result<Option<Vec<Touch>>, InputError> {
     let touch = |(line, cells): (u64, Vec<String>)| {
         let at: Option<Vec<_>> = cells.iter().map(|own| finite(own)).collect();
         let at = at.and_then(|own| own.try_into().ok());
-        at.map(|at| Touch { line, at, named }).ok_or_else(|| {
+        at.map(|at| Touch::of(named, line, at)).ok_or_else(|| {
             let cause = format!("the row is not three numbers: {}", names.join(", "));
             InputError::new(name, cause)
                 .at_line(line)
@@ -357,11 +355,7 @@ pub(super) fn gridded(
             if let Some(z) = *z
                 && x.hypot(y) <= radius + SAME
             {
-                touches.push(Touch {
-                    line: *line,
-                    at: [x, y, z],
-                    named: Named::Probe,
-                });
+                touches.push(Touch::of(Named::Probe, *line, [x, y, z]));
             }
         }
     }
@@ -402,12 +396,8 @@ fn probe_heights(content: &str) -> Vec<Touch> {
         return Vec::new();
     }
     let touches = points.values().zip(heights);
-    let touch = |([x, y], z): (&[f64; 2], f64)| Touch {
-        line,
-        at: [*x, *y, z],
-        named: Named::Probe,
-    };
-    touches.map(touch).collect()
+    let touches = touches.map(|([x, y], z)| Touch::of(Named::Probe, line, [*x, *y, z]));
+    touches.collect()
 }
 
 /// Marlin's grid of M420 V and G29: evenly spaced over the square around the probed circle, outside of which it is
@@ -450,11 +440,8 @@ fn repetier_map(content: &str) -> Vec<Touch> {
             && let [y, heights @ ..] = found.as_slice()
             && heights.len() == across.len()
         {
-            touches.extend(across.iter().zip(heights).map(|(x, z)| Touch {
-                line,
-                at: [*x, *y, -z],
-                named: Named::Nozzle,
-            }));
+            let row = across.iter().zip(heights);
+            touches.extend(row.map(|(x, z)| Touch::of(Named::Nozzle, line, [*x, *y, -z])));
         }
     }
     touches

@@ -20,8 +20,8 @@ use nalgebra::{DMatrix, DVector, SVector, Vector3};
 
 /// Noise so many times the usual is doubtful.
 pub(crate) const DOUBTFUL: f64 = 3.0;
-/// So many readings show which of two contradict the others; which of three is chance.
-const READINGS_FOR_TWO: usize = 8;
+/// One reading of so many may contradict the others; of touches alone two at most, for which of three is chance.
+const READINGS_FOR_ONE: usize = 8;
 /// The readings without which the noise is at most this part of itself explain it, with few degrees of freedom for each of
 /// these: simulated printers with rough beds are then never refused (of 560), and 0.4 mm are found in 16 touches (266 of 280).
 const EXPLAINED: f64 = 1.0 / 3.0;
@@ -73,7 +73,9 @@ pub(crate) fn contradicting(
     let (mut others, mut solution) = (imported.clone(), solution.clone());
     let (mut names, mut kinds) = (Vec::new(), Vec::new());
     let measured = imported.readings.rows.len() - imported.held;
-    for _ in 0..=usize::from(measured >= READINGS_FOR_TWO) {
+    let most = measured / READINGS_FOR_ONE;
+    let alone = imported.counts()[1] == 0;
+    for _ in 0..=if alone { most.min(1) } else { most } {
         let index = furthest(&solution).filter(|own| *own < measured - names.len())?;
         kinds.push(others.readings.rows.remove(index).value.kind()?);
         names.push(others.names.remove(index));

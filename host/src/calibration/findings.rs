@@ -219,7 +219,9 @@ fn of_stated(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             shown.then(|| (by - mean).abs() / left.sqrt())
         });
         let sigmas = sigmas.fold(0.0, f64::max) / judged.widening.max(1.0);
-        if !(sigmas > CONTRADICTED) {
+        // Nobody states a printer's; its report has its own words.
+        let of_printer = case.options.of_printer && own.effect.kind == EffectKind::Tilt;
+        if of_printer || !(sigmas > CONTRADICTED) {
             continue;
         }
         let figures = json!({ "of": own.effect.kind, "sigmas": sigmas });

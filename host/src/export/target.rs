@@ -96,6 +96,7 @@ enum Condition {
     UpperArmsDiffer,
     BeyondQuarterTurn,
     WithTransmissions,
+    StepsUnknown,
 }
 
 /// A value in the lines: mm, degrees, or text.
@@ -423,6 +424,7 @@ impl Fitted<'_> {
                 let mut arms = self.robot.robot.arms().iter();
                 arms.any(|arm| arm.transmission().is_some())
             }
+            Condition::StepsUnknown => self.settings.steps.is_none(),
             Condition::BeyondQuarterTurn => {
                 limits.minimum().abs() > FRAC_PI_2 || limits.maximum().abs() > FRAC_PI_2
             }

@@ -61,6 +61,12 @@ pub(super) struct Touch {
     pub(super) named: Named,
 }
 
+impl Touch {
+    const fn of(named: Named, line: u64, at: [f64; 3]) -> Self {
+        Self { line, at, named }
+    }
+}
+
 /// The printer with the touches in the answers of a console, one for each place. Each height is their mean, which is the
 /// probe's offset. `None` if there are no answers.
 ///
@@ -92,10 +98,10 @@ pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>
                  write a table x_mm,y_mm,height_mm with the places, or touch the bed by the commands of delta-cal plan \
                  and give that answer",
             )
-        } else if hold(&["\nprobe\n", "\ng30 "]) {
+        } else if hold(&["\nprobe\n", "\ng30 ", "factors using"]) {
             (
-                "these are commands that touch the bed, without the answers",
-                "run them, save the console output, and give that",
+                "these are touches of the bed without the answers",
+                "run the commands of delta-cal plan, save the console output, and give that",
             )
         } else {
             return Ok(None);
@@ -207,57 +213,39 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
         if own.split([' ', '\t', ';']).any(|word| word == "g20") {
             return Err(in_inches(text.name(), line, "the touches are in inches"));
         }
-        let mut add = |named, x: Option<f64>, y: Option<f64>, z: Option<f64>| {
-            if let (Some(x), Some(y), Some(z)) = (x, y, z) {
-                let at = [x, y, z];
-                touches.push(Touch { line, at, named });
+        let mut add = |of_probe: bool, at: [Option<f64>; 3]| {
+            if let [Some(x), Some(y), Some(z)] = at {
+                let named = [Named::Nozzle, Named::Probe][usize::from(of_probe)];
+                touches.push(Touch::of(named, line, [x, y, z]));
             }
         };
+        let [to_x, to_y] = commanded;
         if let Some(rest) = after("probe at ").or(after("probe: at ")) {
             let (x, y) = rest.split_once(',').unwrap_or_default();
             // Since January 2026 Klipper names the place of the probe.
-            let named = if own.contains("bed will contact") {
-                Named::Probe
-            } else {
-                Named::Nozzle
-            };
-            add(named, first(x), first(y), number("z="));
+            let of_probe = own.contains("bed will contact");
+            add(of_probe, [first(x), first(y), number("z=")]);
         } else if let Some(rest) = after("bed x:") {
-            add(Named::Probe, first(rest), number("y:"), number("z:"));
+            add(true, [first(rest), number("y:"), number("z:")]);
         } else if let Some(rest) = after("z-probe:") {
             // It states how far down the probe went.
-            add(
-                Named::Nozzle,
-                number("x:"),
-                number("y:"),
-                first(rest).map(|own| -own),
-            );
+            let z = first(rest).map(|own| -own);
+            add(false, [number("x:"), number("y:"), z]);
         } else if let Some(rest) = after("probe: x").or(after("debug: x")) {
             // The grid names the place of the probe. Colons are written or not.
-            let named = if own.contains("debug:") {
-                Named::Probe
-            } else {
-                Named::Nozzle
-            };
-            let [x, y, z] = three(&rest.replace(['y', 'z', ':'], ""));
-            add(named, x, y, z);
+            let place = rest.replace(['y', 'z', ':'], "");
+            add(own.contains("debug:"), three(&place));
         } else if let Some((place, _)) = after("[prb:").and_then(|own| own.split_once(":1]")) {
-            let [x, y, z] = three(place);
-            add(Named::Nozzle, x, y, z);
+            add(false, three(place));
         } else if of_smoothieware
             && let Some(rest) = own
                 .rsplit(": ")
                 .next()
                 .and_then(|own| own.strip_prefix("z:"))
         {
-            add(
-                Named::Nozzle,
-                commanded[0],
-                commanded[1],
-                first(rest).map(|own| -own),
-            );
+            add(false, [to_x, to_y, first(rest).map(|own| -own)]);
         } else if let Some(rest) = after("stopped at height") {
-            add(Named::Nozzle, commanded[0], commanded[1], first(rest));
+            add(false, [to_x, to_y, first(rest)]);
         } else if own.contains("iteration") {
             // The following points were measured with other parameters.
             break;
@@ -283,11 +271,8 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
     })?;
     for (line, (direction, out, z)) in of_g33 {
         let (sine, cosine) = f64::to_radians(direction).sine_cosine();
-        touches.push(Touch {
-            line,
-            at: [out * radius * cosine, out * radius * sine, z],
-            named: Named::Nozzle,
-        });
+        let at = [out * radius * cosine, out * radius * sine, z];
+        touches.push(Touch::of(Named::Nozzle, line, at));
     }
     Ok(touches)
 }
@@ -321,7 +306,7 @@ fn table(name: &str, content: &str) -> Result<Option<Vec<Touch>>, InputError> {
     let touch = |(line, cells): (u64, Vec<String>)| {
         let at: Option<Vec<_>> = cells.iter().map(|own| finite(own)).collect();
         let at = at.and_then(|own| own.try_into().ok());
-        at.map(|at| Touch { line, at, named }).ok_or_else(|| {
+        at.map(|at| Touch::of(named, line, at)).ok_or_else(|| {
             let cause = format!("the row is not three numbers: {}", names.join(", "));
             InputError::new(name, cause)
                 .at_line(line)
@@ -370,11 +355,7 @@ pub(super) fn gridded(
             if let Some(z) = *z
                 && x.hypot(y) <= radius + SAME
             {
-                touches.push(Touch {
-                    line: *line,
-                    at: [x, y, z],
-                    named: Named::Probe,
-                });
+                touches.push(Touch::of(Named::Probe, *line, [x, y, z]));
             }
         }
     }
@@ -415,12 +396,8 @@ fn probe_heights(content: &str) -> Vec<Touch> {
         return Vec::new();
     }
     let touches = points.values().zip(heights);
-    let touch = |([x, y], z): (&[f64; 2], f64)| Touch {
-        line,
-        at: [*x, *y, z],
-        named: Named::Probe,
-    };
-    touches.map(touch).collect()
+    let touches = touches.map(|([x, y], z)| Touch::of(Named::Probe, line, [*x, *y, z]));
+    touches.collect()
 }
 
 /// Marlin's grid of M420 V and G29: evenly spaced over the square around the probed circle, outside of which it is
@@ -463,11 +440,8 @@ fn repetier_map(content: &str) -> Vec<Touch> {
             && let [y, heights @ ..] = found.as_slice()
             && heights.len() == across.len()
         {
-            touches.extend(across.iter().zip(heights).map(|(x, z)| Touch {
-                line,
-                at: [*x, *y, -z],
-                named: Named::Nozzle,
-            }));
+            let row = across.iter().zip(heights);
+            touches.extend(row.map(|(x, z)| Touch::of(Named::Nozzle, line, [*x, *y, -z])));
         }
     }
     touches

@@ -176,6 +176,13 @@ impl Settings {
         Ok([a?, b?, c?].map(Option::unwrap_or_default))
     }
 
+    /// Those in which Repetier counts its end stops.
+    fn steps_per_mm(&self) -> Result<f64, InputError> {
+        let remedy = "give EPR 11 too, the steps per mm";
+        let stated = self.above_zero(M665, "S")?;
+        stated.ok_or_else(|| self.lacking(M665, "S").with_remedy(remedy))
+    }
+
     /// Marlin's rod trims.
     fn trims(&self, without_b: bool) -> Result<[f64; 3], InputError> {
         let [a, b, c] = self.three(M665, ["A", "B", "C"])?;
@@ -279,7 +286,7 @@ pub(super) fn import(
         let mut up = -1.0;
         if firmware == Firmware::Repetier {
             // It counts steps upwards, and states where its towers are.
-            let per_mm = words.require_above_zero(M665, "S")?;
+            let per_mm = words.steps_per_mm()?;
             (steps, up) = (Some(per_mm), 1.0 / per_mm);
             corrections = [0, 1, 2].map(|tower| corrections[tower] - USUAL_TOWERS[tower]);
         }

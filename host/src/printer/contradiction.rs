@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector, SVector, Vector3};
 
 /// Noise so many times the usual is doubtful.
 pub(crate) const DOUBTFUL: f64 = 3.0;
-/// One reading of so many may contradict the others.
+/// One reading of so many may contradict the others; of touches alone two at most, for which of three is chance.
 const READINGS_FOR_ONE: usize = 8;
 /// The readings without which the noise is at most this part of itself explain it, with few degrees of freedom for each of
 /// these: simulated printers with rough beds are then never refused (of 560), and 0.4 mm are found in 16 touches (266 of 280).
@@ -29,8 +29,7 @@ const EXPLAINED_FOR_EACH: f64 = 0.1;
 
 /// The largest noise of the kinds of readings, in usual ones.
 pub(crate) fn lack_of_fit(solution: &Solution) -> f64 {
-    let mut effects = solution.effects.iter();
-    let shaped = effects.any(|own| own.effect.kind == EffectKind::Bed);
+    let shaped = solution.effect(EffectKind::Bed).is_some();
     let kinds = solution.noise.iter().filter_map(|own| {
         let usual = match own.kind {
             Kind::Position => return None,
@@ -74,7 +73,9 @@ pub(crate) fn contradicting(
     let (mut others, mut solution) = (imported.clone(), solution.clone());
     let (mut names, mut kinds) = (Vec::new(), Vec::new());
     let measured = imported.readings.rows.len() - imported.held;
-    for _ in 0..=measured / READINGS_FOR_ONE {
+    let most = measured / READINGS_FOR_ONE;
+    let alone = imported.counts()[1] == 0;
+    for _ in 0..=if alone { most.min(1) } else { most } {
         let index = furthest(&solution).filter(|own| *own < measured - names.len())?;
         kinds.push(others.readings.rows.remove(index).value.kind()?);
         names.push(others.names.remove(index));

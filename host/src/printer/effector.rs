@@ -10,6 +10,8 @@ use crate::text::significant;
 use nalgebra::{Matrix2, RowSVector, Vector2, Vector3};
 use serde::Serialize;
 
+/// Without papers, rods of a tower that differ by more than this many σ are named: with 2, those of every fourth level effector are.
+const SHOWN: f64 = 3.0;
 /// Places around the rim.
 const AROUND: u32 = 24;
 
@@ -90,6 +92,10 @@ impl Effector {
             Firmware::Klipper => ["A", "B", "C"],
             _ => ["X", "Y", "Z"],
         };
+        let touched = imported.readings.rows.iter();
+        let mut touched = touched.filter(|row| row.value.height.is_some());
+        let separated = touched.any(|row| row.value.target != OF_PROBE);
+        let least = if separated { NAMED } else { SHOWN };
         // The difference of an arm's rods and its σ if of them, and of another arm's, nothing is known but the readings.
         let shown = |arm: usize, other: usize| {
             let places = [arm, other].map(|own| numbers.start + OF_ARM * own);
@@ -103,7 +109,7 @@ impl Effector {
             let left = (own - open).try_inverse()?;
             let difference = (left * own * found).x;
             let sigma = left.m11.sqrt();
-            Some((difference, sigma)).filter(|_| difference.abs() > NAMED * sigma)
+            Some((difference, sigma)).filter(|_| difference.abs() > least * sigma)
         };
         let size = |arm: usize| shown(arm, arm).map_or(0.0, |(own, sigma)| own.abs() / sigma);
         let others = |arm: usize| (0..3).filter(move |other| *other != arm);
@@ -133,13 +139,11 @@ impl Effector {
                 tilt_mrad: 1e3 * most.norm(),
             })
         };
-        let touched = imported.readings.rows.iter();
-        let mut touched = touched.filter(|row| row.value.height.is_some());
         Some(Self {
             rods: (0..3).filter_map(named).collect(),
             probe_bias_rms_mm: (squares / map.len().max(1) as f64).sqrt(),
             probe_bias_sigma_mm: (variance.sum::<f64>() / count).sqrt(),
-            separated: touched.any(|row| row.value.target != OF_PROBE),
+            separated,
             map,
         })
     }

@@ -25,8 +25,7 @@ pub struct Uneven {
 impl Uneven {
     /// `None` if the touches show none.
     pub(super) fn of(robot: &RobotFile, solution: &Solution, radius: f64) -> Option<Self> {
-        let mut effects = solution.effects.iter();
-        let own = effects.find(|own| own.effect.kind == EffectKind::Bed)?;
+        let own = solution.effect(EffectKind::Bed)?;
         let size = own.by.len();
         let by = DVector::from_column_slice(&own.by);
         let rms = by.norm();

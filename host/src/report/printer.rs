@@ -156,29 +156,38 @@ impl PrinterReport {
     }
 }
 
-/// The bed as configured and with the lines pasted, in the same shades.
+/// The nozzle above a flat bed as configured and with the lines pasted, the bed itself and the probe, in the same shades.
 fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
-    let captions = ["The bed as configured.", "The bed with the lines pasted."];
-    let pasted = printer.after.as_ref().filter(|_| printer.lines.is_some());
-    let maps: Vec<_> = printer.before.iter().chain(pasted).collect();
-    let all = || maps.iter().flat_map(|off| &off.map);
+    let before = printer.before.as_ref().map(|own| &own.map);
+    let after = printer.after.as_ref().filter(|_| printer.lines.is_some());
+    let after = after.map(|own| &own.map);
+    let all = || before.into_iter().chain(after).flatten();
     let highest = all().map(|(_, off)| off.z.abs()).fold(0.0, f64::max);
     let widest = all().map(|(_, off)| off.xy().norm()).fold(0.0, f64::max);
     let shade = (highest / f64::from(SHADES)).max(LEAST_SHADE);
     // Arrows as long as a tenth of the bed.
     let largest = 0.1 * printer.bed_radius_mm / widest.max(1e-6);
     let times = 10f64.powf(largest.log10().floor());
-    let drawn = |map: &Map| map_of(printer, map, shade, times);
-    let beds = maps.iter().map(|off| drawn(&off.map)).zip(captions);
-    let uneven = "How uneven the bed itself is: no line changes that.";
-    let bias = "The bias of the probe, from the tilt of the effector.";
-    let uneven = printer.uneven.iter().map(|own| (drawn(&own.map), uneven));
-    let bias = printer.effector.iter().map(|own| (drawn(&own.map), bias));
-    beds.chain(uneven).chain(bias).collect()
+    let uneven = printer.uneven.as_ref().map(|own| &own.map);
+    let bias = printer.effector.as_ref().map(|own| &own.map);
+    let now = "The nozzle above a flat bed, as configured.";
+    let then = "The nozzle above a flat bed, with the lines pasted.";
+    let itself = "The bed itself: no line changes that.";
+    let biased = "The bias of the probe, from the tilt of the effector.";
+    let maps = [
+        (before, "nozzle", now),
+        (after, "nozzle", then),
+        (uneven, "bed", itself),
+        (bias, "probe", biased),
+    ];
+    let shown = maps.into_iter().filter_map(|(map, what, caption)| {
+        Some((map_of(printer, map?, what, (shade, times)), caption))
+    });
+    shown.collect()
 }
 
 /// Heights about their mean as shades, x and y as lines, and the touches.
-fn map_of(printer: &Printer, map: &Map, shade: f64, times: f64) -> Figure {
+fn map_of(printer: &Printer, map: &Map, what: &str, (shade, times): (f64, f64)) -> Figure {
     let end = 1.05 * printer.bed_radius_mm;
     let axis = |label| Axis::linear(label, -end, end);
     let mut figure = Figure::new(axis("x, mm"), axis("y, mm")).sized(560, 520);
@@ -198,7 +207,7 @@ fn map_of(printer: &Printer, map: &Map, shade: f64, times: f64) -> Figure {
             let tiles: Vec<_> = tiles.collect();
             let opacity = f64::from(class + 1) / f64::from(SHADES + 1);
             if !tiles.is_empty() {
-                let name = format!("{from:.3} to {to:.3} mm {word}");
+                let name = format!("{what} {from:.3} to {to:.3} mm {word}");
                 figure = figure.with(name, colour, Shape::Tiles(tiles, opacity));
             }
         }

@@ -45,7 +45,7 @@ pub(super) fn how(report: &Report) -> String {
         .map_or_else(String::new, |loss| format!(", {loss} loss"));
     let stated = match (
         report.before.tolerance.is_some(),
-        report.solution.estimated_freedom().is_none(),
+        report.solution.noise.iter().all(|own| own.stated),
     ) {
         (true, true) => "tolerance and noise stated",
         (true, false) => "tolerance stated, noise estimated",

@@ -150,26 +150,6 @@ fn steps_may_be_of_any_length() {
     }
 }
 
-/// Heights that were entered by hand are of the bed, and the probe's of a plane of their own.
-#[test]
-fn manual_heights_are_read() {
-    let own = printer("01");
-    let text = own.configuration();
-    let at = text
-        .lines()
-        .find_map(|line| line.strip_prefix("#*# height0_pos = "));
-    // The probe's height there is 18.224 mm.
-    let more = format!(
-        "{text}#*# manual_height0 = 18.2\n#*# manual_height0_pos = {}\n",
-        at.unwrap()
-    );
-    let folder = import(&more);
-    let samples = folder.read("mine/samples.csv");
-    assert_eq!(samples.lines().count(), own.rows.len() + 2);
-    assert!(samples.ends_with(",18.2,plane\n"), "{samples}");
-    assert_eq!(samples.matches(",probe\n").count(), own.rows.len());
-}
-
 /// The end stop's height above z = 0 is that of rods of the stated length.
 #[test]
 fn stated_rods_take_the_place_of_those_of_an_earlier_calibration() {

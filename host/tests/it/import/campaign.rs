@@ -60,18 +60,7 @@ pub(super) struct Set {
 /// printed distances. Seven heights and six parameters leave one degree of freedom: both fits follow the same noise, and
 /// the mean ratio of 20 printers scatters by 0.04. The heights of R1 are those of A1, and the distances of S3 those of R3, so that
 /// σ has to cover both. Bounds are what 20 and 100 printers reach. No estimator has 2 of 20 worse in all sets: with the same
-/// prior and each σ of the heights weighted by its evidence, the mean of the exact posterior and lines for the heights alone
-/// (own kinematics and linear algebra in Python) have, beside the program here, on 50 other printers of each set (7000 added
-/// to its number; ratio to the fit with distances, worse of 20, within 1.5 of 20):
-///
-/// ```text
-/// A1 1.02 7  8, 0.97 3 13   ±0.2      0.95 5  6, 0.93 2 14   B1 0.91 3 11, 0.95 2  7   A2 0.98 1  9, 0.97 4 11
-/// R1 1.04 9  6, 0.97 5 12   rods      0.99 6  4, 0.97 2 12   B3 0.84 2 11, 0.84 2 12   A4 0.91 3 12, 0.93 4 14
-/// A3 0.92 5 14, 0.94 6 15   shrinkage 0.88 2 15, 0.91 4 16   R3 0.92 4 12, 0.94 5 13   S3 0.87 4 13, 0.88 3 14
-/// ```
-///
-/// Of the 0.02 in A3, A4 and S3, half is lost by lines that keep x and y too, which those for heights alone leave twice as far off;
-/// the rest, and the 0.04 of B1, by one σ of the heights in place of all.
+/// prior, the mean of the exact posterior (own kinematics and linear algebra in Python) has 1 to 9 worse, and 4 to 15 within 1.5.
 const SETS: &str = "
     # name number bed touch calliper rods shrink options height worse told within sigma
     A1, 900, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     -,              0.96, 2, 0.8,   1.25, 13, 0.8,  1.2

@@ -224,8 +224,9 @@ fn the_page_shows_the_bed_before_and_after() {
         folder.run(&command).ok();
         let page = folder.read("r.html");
         for (words, shown) in [
-            ("The bed as configured.", true),
-            ("The bed with the lines pasted.", true),
+            ("The nozzle above a flat bed, as configured.", true),
+            ("The nozzle above a flat bed, with the lines pasted.", true),
+            ("nozzle 0.000 to 0.0", true),
             ("touches", true),
             ("x and y, ", distances),
             ("as found and as left", false),

@@ -436,7 +436,7 @@ def _target(given: Any) -> Any:
     if isinstance(given, str):
         check(str, target=given)
         return given
-    return several("target", given, 3, "a name or (x, y, z) in mm")
+    return several("target", given, "a name or (x, y, z) in mm", 3)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ._arrays import numbers
+from ._arrays import array_of, finite, numbers
 
 
 def stated(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -32,19 +32,26 @@ def stated(given: Mapping[str, Any]) -> dict[str, Any]:
     if found["tolerance"] is not None:
         _not_degrees("tolerance", found["tolerance"][1], 0.2)
     if found["zero"] is not None:
-        (found["zero"],) = several("zero", found["zero"], 1, "a standard uncertainty in radians")
+        (found["zero"],) = several("zero", found["zero"], "a standard uncertainty in radians", 1)
         _not_degrees("zero", found["zero"], 0.6)
     for name, value in own.items():
         if not (value is None or isinstance(value, Mapping)):
             raise TypeError(f"{name}: a dict is needed, of the keys that a robot file has in this section")
-    return {**found, "names": names, "sections": f"{{{', '.join(f'{json.dumps(name)}: {_section(name, own[name])}' for name in own)}}}"}
+    sections = {name: _plain(name, value) for name, value in own.items()}
+    return {**found, "names": names, "sections": json.dumps(sections)}
 
 
-def _section(name: str, given: Any) -> str:
-    try:
-        return json.dumps(given, default=lambda own: own.tolist(), allow_nan=False)
-    except (AttributeError, TypeError, ValueError) as error:
-        raise ValueError(f"{name}: {error}") from None
+def _plain(name: str, own: Any) -> Any:
+    """As JSON has it: finite numbers, and what is neither a number nor an array of them as it is."""
+    if isinstance(own, Mapping):
+        return {str(key): _plain(f"{name}: {key}", value) for key, value in own.items()}
+    if own is None or isinstance(own, (str, bool)):
+        return own
+    if isinstance(own, (list, tuple)):
+        return [_plain(f"{name}: [{place}]", value) for place, value in enumerate(own)]
+    array = numbers(name, own)
+    finite(name, array)
+    return own if isinstance(own, int) else array.tolist()
 
 
 def printer(given: Mapping[str, Any]) -> str:
@@ -66,24 +73,23 @@ def printer(given: Mapping[str, Any]) -> str:
     if pairs.shape[1:] != (2,) or not (np.abs(pairs[:, 1] / pairs[:, 0] - 1) < 0.1).all():
         raise ValueError("printed: (as designed, as printed), mm, within 10 %, are needed")
     if own["shrinkage"] is not None:
-        (own["shrinkage"],) = several("shrinkage", own["shrinkage"], 1, "a fraction")
+        (own["shrinkage"],) = several("shrinkage", own["shrinkage"], "a fraction", 1)
         if not abs(own["shrinkage"]) <= 0.1:
             raise ValueError(f"shrinkage: {own['shrinkage']}; a fraction of up to 0.1 is needed")
     return json.dumps({**own, "printed": pairs.tolist()})
 
 
-def several(argument: str, given: Any, count: int, wanted: str) -> Any:
-    """So many numbers."""
+def several(argument: str, given: Any, wanted: str, *counts: int) -> Any:
+    """So many finite numbers, or as many as one of these counts."""
     array = numbers(argument, given)
-    if array.size != count:
+    if array.size not in counts:
         raise ValueError(f"{argument}: {wanted} is needed, not {array.size} numbers")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{argument}: {array.tolist()}; finite numbers are needed")
+    finite(argument, array)
     return array.ravel().tolist()
 
 
 def _several(argument: str, given: Any, wanted: str) -> Any:
-    return None if given is None else several(argument, given, 2, wanted)
+    return None if given is None else several(argument, given, wanted, 2)
 
 
 def _shaped(argument: str, given: Any, shape: tuple[int, int]) -> Any:
@@ -91,7 +97,8 @@ def _shaped(argument: str, given: Any, shape: tuple[int, int]) -> Any:
         return None
     array = numbers(argument, given)
     if array.shape != shape:
-        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape {shape} is needed")
+        raise ValueError(f"{argument}: shape {array.shape}; an array of shape {shape} is needed")
+    finite(argument, array)
     return array.tolist()
 
 
@@ -99,15 +106,13 @@ def _noise(given: Any) -> Any:
     """σ of each coordinate, and of a joint."""
     if given is None:
         return None
-    wanted = "noise: (position, joint) is needed: standard uncertainties in mm and radians"
-    try:
-        position, joint = given
-        axes = numbers("noise", position).ravel().tolist()
-        own = float(joint)
-    except (TypeError, ValueError):
-        raise ValueError(wanted) from None
-    if len(axes) not in (1, 3):
-        raise ValueError(wanted)
+    wanted = "(position, joint) is needed: standard uncertainties in mm and radians"
+    pair = array_of("noise", given, object)
+    if pair.shape[:1] != (2,):
+        raise ValueError(f"noise: {wanted}")
+    position, joint = pair
+    axes = several("noise", position, wanted, 1, 3)
+    (own,) = several("noise", joint, wanted, 1)
     _not_degrees("noise", own, 0.2)
     return (axes * 3)[:3], own
 

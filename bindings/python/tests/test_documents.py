@@ -10,8 +10,12 @@ import inspect
 import os
 import re
 import shutil
+from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
+import polars as pl
 import pytest
 from conftest import EXAMPLES, ROOT
 
@@ -163,6 +167,107 @@ def test_every_argument_that_cannot_be_used_is_named(called):
                 if any(value is own for own in NONE_TAKES):
                     unnamed.append(f"{name}({argument}={value!r}) is taken")
     assert not unnamed, "\n".join(unnamed)
+
+
+def with_last(own, last):
+    found = own.astype(object)
+    found.flat[-1] = last
+    return found
+
+
+def of_other_library(**own):
+    return SimpleNamespace(**own)
+
+
+# The same numbers in other forms, NaN where they have no value.
+FORMS = {
+    "columns first": np.asfortranarray,
+    "every other": lambda own: np.repeat(own, 2, axis=-1)[..., ::2],
+    "backwards": lambda own: own[::-1].copy()[::-1],
+    "read-only": lambda own: np.frombuffer(own.tobytes()).reshape(own.shape),
+    "other end first": lambda own: own.astype(">f8"),
+    "128 bits": np.longdouble,
+    "16 bits": np.float16,
+    "whole": lambda own: own.astype("i8"),
+    "lists": np.ndarray.tolist,
+    "rows": tuple,
+    "memory": memoryview,
+    "more dimensions": lambda own: own[None],
+    "one row": lambda own: own[:1],
+    "no row": lambda own: own[:0],
+    "transposed": lambda own: own.T[:1],
+    "masked": np.ma.masked_array,
+    "one masked": lambda own: np.ma.masked_array(own, own == own.flat[0], fill_value=5),
+    "all masked": lambda own: np.ma.masked_array(own, True),
+    "objects": lambda own: own.astype(object),
+    "one None": lambda own: with_last(own, None),
+    "one infinite": lambda own: np.where(own == own.flat[0], np.inf, own),
+    "an array's method": lambda own: of_other_library(__array__=lambda dtype=None, copy=None: own),
+    "an array's memory": lambda own: of_other_library(__array_interface__=own.__array_interface__),
+    "pandas": lambda own: pd.Series(own.ravel(), range(own.size, 0, -1), "Float64").replace(own.flat[0], pd.NA),
+    "polars": pl.Series,
+}
+NO_NUMBERS = {
+    "set": lambda own: set(own.flat),
+    "generator": iter,
+    "text": lambda own: own.astype(str),
+    "complex": lambda own: own + 0j,
+    "bool": lambda own: own > 0,
+    "fields": lambda own: np.zeros(len(own), "f8,f8"),
+    "ragged": lambda own: [*own.tolist(), [1.0] * 9],
+    "one text": lambda own: with_last(own, "1"),
+    "one bool": lambda own: with_last(own, True),
+    "time": lambda own: own.astype("m8[s]"),
+    "on a GPU": lambda own: of_other_library(__array__=lambda dtype=None, copy=None: own.nothing),
+}
+
+
+def outcome(call, **given):
+    try:
+        found = call(**given)
+    except (TypeError, ValueError) as error:
+        return str(error)
+    return getattr(found, "fingerprint", found)
+
+
+def test_arrays_of_any_form_are_the_numbers_that_numpy_has(called):
+    robot, q, x, bar = (called[2][name] for name in ("robot", "q", "x", "bar"))
+    # What is calibrated from.
+    read = partial(lambda **own: dc._samples.samples(robot, own), q=q)
+    of_printer = lambda **own: dc.import_("printer.cfg", **own).robot  # noqa: E731
+    exported = lambda **own: dc.export(robot, "klipper", **own).text  # noqa: E731
+    calls = (
+        (robot.forward, {"q": q}),
+        (robot.inverse, {"x": x}),
+        (robot.jacobian, {"q": q}),
+        (robot.parameter_jacobian, {"q": q}),
+        (called[1]["Calibration"].position_covariance, {"q": q}),
+        (partial(robot.forward, q), {"target": [1, 2, -40]}),
+        (partial(read, x=x), {"q": q}),
+        (read, {"x": x}),
+        (read, {"height": x[:, 2]}),
+        (partial(read, point="a"), {"distance": bar}),
+        (partial(read, distance=bar), {"to": q[::-1]}),
+        (partial(read, x=x), {"sigma": bar}),
+        (partial(read, x=x), {"sigma": np.abs(x)}),
+        (partial(dc.Robot.from_parameters, limits=robot.limits), {"parameters": robot.parameters}),
+        (robot.replace, {"limits": robot.limits}),
+        (robot.replace, {"transmissions": 1e-3 * np.arange(15).reshape(3, 5)}),
+        (robot.replace, {"tolerance": robot.tolerance}),
+        (exported, {"home": [0.1, 0.2, 0.3]}),
+        (exported, {"x": robot.forward(np.random.default_rng(1).uniform(-0.5, 1, (40, 3)))}),
+        (of_printer, {"rods": [345, 345.1, 345.2]}),
+        (of_printer, {"printed": [[100, 99.8], [150, 149.7]]}),
+    )
+    for call, given in calls:
+        ((argument, numbers),) = given.items()
+        array = np.array(numbers, float)
+        for form, make in FORMS.items():
+            made = make(array)
+            plain = np.ma.filled(made, np.nan) if isinstance(made, np.ma.MaskedArray) else np.array(made, float)
+            np.testing.assert_array_equal(outcome(call, **{argument: made}), outcome(call, **{argument: plain}), f"{argument}, {form}")
+        for form, make in NO_NUMBERS.items():
+            assert re.match(f"{argument}: ", str(outcome(call, **{argument: make(array)}))), f"{argument}, {form}"
 
 
 def test_the_example_of_a_docstring_is_right():

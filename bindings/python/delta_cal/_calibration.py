@@ -127,13 +127,12 @@ class Calibration:
             NaN as of ``Robot.parameter_jacobian``. Its diagonal is the square of σ in x, y and z.
         """
         check(str, optional={"target": target})
-        by = self.robot.parameter_jacobian(q, transmissions=self._of("arm1.gain") is not None)
-        places = np.arange(by.shape[-1])
         rods = self._of("arm1.rod_difference")
-        if rods is not None:
-            x, y, z = self.targets[target] if target in self.targets else np.zeros(3)
-            by = np.concatenate([by, self.robot._own.rods_jacobian(self.robot._typed("q", q), (x, y, z))], axis=-1)
-            places = np.concatenate([places, np.arange(rods, rods + 12)])
+        x, y, z = self.targets.get(target or "", np.zeros(3))
+        own = self.robot._own.parameter_jacobian(self.robot._typed("q", q), True, None if rods is None else (x, y, z), False)
+        columns = [*range(39 if self._of("arm1.gain") is not None else 24)]
+        places = columns + ([] if rods is None else [*range(rods, rods + 12)])
+        by = own[..., columns + ([] if rods is None else [*range(39, 51)])]
         found = by @ self.covariance[np.ix_(places, places)] @ np.swapaxes(by, -1, -2)
         if target is None:
             return np.asarray(found)
@@ -143,9 +142,9 @@ class Calibration:
             if target in stated:
                 return np.asarray(found)
             raise ValueError(f"target: {target!r} is none of {sorted(stated)}")
-        own = slice(first, first + 3)
-        beside = by @ self.covariance[places, own]
-        return np.asarray(found + beside + np.swapaxes(beside, -1, -2) + self.covariance[own, own])
+        place = slice(first, first + 3)
+        beside = by @ self.covariance[places, place]
+        return np.asarray(found + beside + np.swapaxes(beside, -1, -2) + self.covariance[place, place])
 
     def to_dict(self) -> dict[str, Any]:
         """The report of ``delta-cal calibrate --json``: angles in degrees, keys as docs/json.md has them."""

@@ -317,7 +317,7 @@ class Robot(_ByFingerprint):
             Without a unit, or mm a radian.
         """
         check(bool, transmissions=transmissions)
-        return self._own.parameter_jacobian(self._typed("q", q), transmissions, _raised(errors))
+        return self._own.parameter_jacobian(self._typed("q", q), transmissions, None, _raised(errors))
 
     def _typed(self, argument: str, given: Any) -> NDArray[Any]:
         """Rows of three numbers in the type of the array."""

@@ -74,25 +74,37 @@ impl Robot {
         }
     }
 
-    /// Derivatives of positions by the 24 parameters, row by row, and where there is room by the 15 numbers of transmissions.
+    /// Derivatives of positions by the 24 parameters, row by row, and where there is room by the 15 numbers of transmissions,
+    /// then by the twelve of the arms' rods, to first order, at a point of the platform.
     fn by_parameters<'py, const WIDTH: usize>(
         &self,
         q: &Bound<'py, PyAny>,
+        point: [f64; 3],
         raise: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let (axes, signs) = (convention.axes(), convention.signs());
-        let (numbers, columns) = (convention.transmission([1.0; 5]), WIDTH / 3);
+        let (numbers, of_rods) = (convention.transmission([1.0; 5]), convention.rods([1.0; 4]));
+        let (point, columns) = (convention.vector(&Vector3::from(point)), WIDTH / 3);
+        let rods = self.file.parallelograms.filter(|_| columns > 39);
         self.each::<Exact, WIDTH>(("q", q), &[3, columns], raise, None, |q| {
             let q = convention.directed(q);
             let x = self.pose(&q)?;
             let own = robot.platform_jacobian(&x, &q)?.by_parameters;
             let more = robot.by_transmissions(&x, &q)?;
+            let tilting = rods.map(|own| {
+                let columns = own.columns(robot, (&x, &q), &point);
+                columns.ok_or(KinematicsError::Parallel(ArmIndex::First))
+            });
+            let tilting = tilting.transpose()?;
             Ok(std::array::from_fn(|place| {
                 let (row, column) = (place / columns, place % columns);
-                let own = match column.checked_sub(24) {
-                    None => signs[column % 8] * own[column / 8][(row, column % 8)],
-                    Some(number) => numbers[number % 5] * more[(row, number)],
+                let own = match column {
+                    0..24 => signs[column % 8] * own[column / 8][(row, column % 8)],
+                    24..39 => numbers[(column - 24) % 5] * more[(row, column - 24)],
+                    _ => tilting.map_or(0.0, |own| {
+                        of_rods[(column - 39) % 4] * own[(row, column - 39)]
+                    }),
                 };
                 axes[row] * own
             }))
@@ -294,42 +306,19 @@ impl Robot {
         })
     }
 
+    /// With transmissions, and at this point of the platform, mm, with rods as well.
     fn parameter_jacobian<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         transmissions: bool,
+        rods_at: Option<[f64; 3]>,
         strict: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        if transmissions {
-            self.by_parameters::<117>(q, strict)
-        } else {
-            self.by_parameters::<72>(q, strict)
+        match rods_at {
+            Some(point) => self.by_parameters::<153>(q, point, strict),
+            None if transmissions => self.by_parameters::<117>(q, [0.0; 3], strict),
+            None => self.by_parameters::<72>(q, [0.0; 3], strict),
         }
-    }
-
-    /// ∂x/∂n of the twelve numbers of the arms' rods, to first order, at a point of the platform, mm: array (…, 3, 12), mm per
-    /// mm or radian. NaN at singularities; 0 if the spacing of the rods is not stated.
-    fn rods_jacobian<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        point: [f64; 3],
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (convention, robot) = (self.file.convention, &self.file.robot);
-        let (axes, signs) = (convention.axes(), convention.rods([1.0; 4]));
-        let point = convention.vector(&Vector3::from(point));
-        self.each::<Exact, 36>(("q", q), &[3, 12], false, None, |q| {
-            let q = convention.directed(q);
-            let x = self.pose(&q)?;
-            let Some(rods) = &self.file.parallelograms else {
-                return Ok([0.0; 36]);
-            };
-            let columns = rods.columns(robot, (&x, &q), &point);
-            let columns = columns.ok_or(KinematicsError::Parallel(ArmIndex::First))?;
-            Ok(std::array::from_fn(|place| {
-                let (row, column) = (place / 12, place % 12);
-                axes[row] * signs[column % 4] * columns[(row, column)]
-            }))
-        })
     }
 
     /// The columns with `q` joints or `x` positions of a frame, and what converts them.

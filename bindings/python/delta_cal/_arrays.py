@@ -142,6 +142,16 @@ def in_units(frame: Any, columns: Iterable[tuple[str, float]]) -> Array:
     return np.stack([factor * numbers(name, frame[name].to_numpy()) for name, factor in columns], axis=-1)
 
 
+class Frozen:
+    """Whose arrays are for reading, in copies and from pickles as well."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for own in state.values():
+            if isinstance(own, np.ndarray):
+                own.setflags(write=False)
+        self.__dict__.update(state)
+
+
 def radians(argument: str, angles: Array) -> None:
     """Joint angles of more than a turn are degrees."""
     table = angles.reshape(-1, 3)

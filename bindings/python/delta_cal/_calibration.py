@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from . import _native
-from ._arrays import check, file_of, framed, lengths
+from ._arrays import Frozen, check, file_of, framed, lengths
 from ._errors import words
 from ._pages import Texts, Told, in_frame, written
 from ._robot import Robot, Samples
@@ -46,7 +46,7 @@ class Unknown(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class Calibration:
+class Calibration(Frozen):
     """A calibrated robot with its uncertainty, residuals and findings; ``print`` shows its tables, a notebook its page.
 
     Two calibrations are equal if robot file, samples and options are. All arrays are for reading.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _native
-from ._arrays import check, file_of, finite, lengths, path_of, radians
+from ._arrays import Frozen, check, file_of, finite, lengths, path_of, radians
 from ._calibration import _warn, read
 from ._pages import Told, in_frame, plain, written
 from ._robot import Robot, Samples, samples_of
@@ -48,7 +48,7 @@ def _whole(name: str, number: Any, least: int, most: int = 2**63 - 1) -> int:
     return own
 
 
-class _Result:
+class _Result(Frozen):
     """Shown as its text, in a notebook as the same."""
 
     text: str
@@ -385,7 +385,7 @@ def import_(
     if found["samples"] is not None:
         name, text = found["samples"]
         found["samples"] = samples_of([(name, text.encode())])
-    return Imported(**{**found, "robot": Robot(found["robot"])})
+    return Imported(**{**found, "robot": Robot(found["robot"]), "home": tuple(found["home"])})
 
 
 @dataclass(frozen=True, repr=False)
@@ -394,8 +394,8 @@ class Workspace(_Result):
 
     boundary: Array = field(compare=False)
     """Points of its boundary, array (n, 3), mm."""
-    report: dict[str, Any]
-    text: str = field(compare=False)
+    report: dict[str, Any] = field(hash=False)
+    text: str
 
 
 def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = None) -> Workspace:
@@ -419,8 +419,8 @@ def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = 
 class Comparison(_Result):
     """How positions of two robots differ."""
 
-    report: dict[str, Any]
-    text: str = field(compare=False)
+    report: dict[str, Any] = field(hash=False)
+    text: str
 
 
 def compare(before: Robot, after: Robot) -> Comparison:

@@ -212,12 +212,15 @@ def test_a_data_sheet_that_cannot_be(change, message):
 
 
 def test_sections_are_those_of_the_file():
-    robot = ROBOT.replace(target={"x_mm": 0, "y_mm": 0, "z_mm": -40}, noise={"height_mm": 0.02, "joint_deg": 0.01}, convention={"z_axis": "down"})
+    made = ROBOT.replace(parameters=ROBOT.parameters + np.random.default_rng(3).uniform(-0.1, 0.1, (3, 8)))
+    np.testing.assert_array_equal(made.replace(target={"x_mm": 0.1, "y_mm": 0, "z_mm": 0}).parameters, made.parameters)
+    stated = ROBOT.replace(noise={"height_mm": 0.02, "joint_deg": 0.01})
+    robot = stated.replace(target={"x_mm": 0, "y_mm": 0, "z_mm": -40}, convention={"z_axis": "down"})
     assert robot.to_dict()["target"]["z_mm"] == -40
     assert ROBOT.replace(target={"x_mm": np.int64(0), "y_mm": np.array(0.0), "z_mm": np.longdouble(-40)}).to_dict()["target"]["z_mm"] == -40
     # The same robot, counted in another way.
     np.testing.assert_allclose(robot.forward(Q), ROBOT.forward(Q) * [1, -1, -1])
-    assert "target" not in robot.replace(target=None).to_dict()
+    assert robot.replace(target=None, convention=None) == stated != robot
     sheet = {"base_radius": 194, "platform_radius": 30, "upper_arm": 260, "forearm": 480}
     stated = dc.Robot.nominal(**sheet, limits=np.array([-1.57, 1.05]), convention={"joint_positive": "up"})
     np.testing.assert_allclose(stated.forward(-Q), ROBOT.forward(Q))

@@ -326,9 +326,7 @@ def calibrate(
         for reading, noise_of in (("height", noise_height), ("distance", noise_distance)):
             if noise_of is not None:
                 robot = robot.replace(noise={f"{reading}_mm": noise_of})
-        given = read(robot, q, x, readings)
-        with Told(progress, timed=True) as tell:
-            found = _native.calibrate(robot._own, given._own, frame, method, robust, limit, tell)
+        begin: Any = robot._own, read(robot, q, x, readings)._own
     else:
         configuration = file_of("robot", robot)
         more = {"noise": noise, "noise_height": noise_height, "noise_distance": noise_distance, "tolerance": tolerance, "zero": zero,
@@ -340,9 +338,9 @@ def calibrate(
         for own, file in parts.items():
             if not isinstance(file, (str, os.PathLike)):
                 raise TypeError(f"{own}: beside {robot}, which is no robot file (.toml), files with readings of a printer are needed")
-        files = [file_of(own, file) for own, file in parts.items()]
-        with Told(progress, timed=True) as tell:
-            found = _native.calibrate_printer(configuration, files, stated_of(printer), method, robust, limit, tell)
+        begin = configuration, [file_of(own, file) for own, file in parts.items()], stated_of(printer)
+    with Told(progress, timed=True) as tell:
+        found = _native.calibrate(begin, frame, method, robust, limit, tell)
     options = (frame, method, robust, limit, sorted(printer.items()))
     found["fingerprint"] = hashlib.sha256(f"{found['fingerprint']}{options}".encode()).hexdigest()
     found.update(json.loads(found.pop("json")))

@@ -11,7 +11,6 @@ __all__ = [
     "Robot",
     "Samples",
     "calibrate",
-    "calibrate_printer",
     "compare",
     "export",
     "import_",
@@ -27,15 +26,11 @@ __version__: Final[str]
 @final
 class Robot:
     @staticmethod
-    def nominal(base_radius: float, platform_radius: float, upper_arm: float, forearm: float) -> Robot: ...
-    @staticmethod
-    def of_parameters(parameters: Any, linear: bool) -> Robot: ...
-    @staticmethod
     def of_bytes(name: str, bytes: bytes) -> Robot: ...
     @staticmethod
     def of_json(name: str, json: str, arguments: str) -> Robot: ...
     def counted_as(self, other: Robot) -> Robot: ...
-    def replaced(self, stated: dict[str, Any]) -> Robot: ...
+    def with_arms(self, parameters: Any, transmissions: Any) -> Robot: ...
     def text(self) -> tuple[str, str]: ...
     def json(self) -> str: ...
     def forward(self, q: NDArray[Any], target: Any, strict: bool) -> Array: ...
@@ -68,18 +63,8 @@ def samples_of_columns(
     robot: Robot, name: str, columns: Sequence[tuple[str, Any]], shapes: Array | None
 ) -> Samples: ...
 def calibrate(
-    robot: Robot,
-    samples: Samples,
+    begin: tuple[Robot, Samples] | tuple[File, Sequence[File], str],
     frame: str,
-    method: str | None,
-    robust: bool,
-    limit: float | None,
-    progress: Any,
-) -> dict[str, Any]: ...
-def calibrate_printer(
-    file: File,
-    samples: Sequence[File],
-    stated: str,
     method: str | None,
     robust: bool,
     limit: float | None,

@@ -1,4 +1,4 @@
-"""What is stated of a robot: arguments to numbers, or to sections of its file."""
+"""What is stated of a robot: arguments to sections of its file."""
 
 from __future__ import annotations
 
@@ -12,33 +12,46 @@ import numpy as np
 from ._arrays import array_of, finite, numbers
 
 
-def stated(given: Mapping[str, Any]) -> dict[str, Any]:
-    """By the names of the arguments; what is a dict or has no argument of its own is a section, as JSON."""
+def stated(given: Mapping[str, Any], robot: Any) -> dict[str, Any]:
+    """Sections of a robot's file, of arguments by their names."""
     own = dict(given)
-    names = ", ".join(own)
-
-    def take(name: str) -> Any:
-        is_section = name in ("noise", "tolerance") and isinstance(own.get(name), Mapping)
-        return None if is_section else own.pop(name, None)
-
-    found: dict[str, Any] = {
-        "parameters": _shaped("parameters", take("parameters"), (3, 8)),
-        "transmissions": _shaped("transmissions", take("transmissions"), (3, 5)),
-        "limits": _several("limits", take("limits"), "(smallest, largest)"),
-        "noise": _noise(take("noise")),
-        "tolerance": _several("tolerance", take("tolerance"), "(length, angle) in mm and radians"),
-        "zero": take("zero"),
-    }
-    if found["tolerance"] is not None:
-        _not_degrees("tolerance", found["tolerance"][1], 0.2)
-    if found["zero"] is not None:
-        (found["zero"],) = several("zero", found["zero"], "a standard uncertainty in radians", 1)
-        _not_degrees("zero", found["zero"], 0.6)
+    of_file = robot.to_dict()
+    in_file, unit = (float, "mm") if robot.drive == "linear" else (_degrees, "deg")
+    if "limits" in own:
+        low, high = several("limits", own.pop("limits"), "(smallest, largest)", 2)
+        if low >= high or unit == "deg" and max(-low, high) > math.tau:
+            raise ValueError(f"limits: {[low, high]}; (smallest, largest) is needed, {'mm' if unit == 'mm' else 'radians'}")
+        in_radians = "min_rad" in of_file["joints"]
+        own["joints"] = {f"{name}_{'rad' if in_radians else unit}": value if in_radians else in_file(value)
+                         for name, value in (("min", low), ("max", high))}
+    if not isinstance(own.get("noise", {}), Mapping):
+        position, joint = _noise(own["noise"])
+        own["noise"] = {"position_mm": position, f"joint_{unit}": in_file(joint)}
+    if not isinstance(own.get("tolerance", {}), Mapping):
+        length, angle = several("tolerance", own["tolerance"], "(length, angle) in mm and radians", 2)
+        _sigmas("tolerance", length, angle)
+        _not_degrees("tolerance", angle, 0.2)
+        if length > robot.parameters[0, 7]:
+            raise ValueError(f"tolerance: σ of {length:g} mm is longer than the forearm")
+        own["tolerance"] = {"length_mm": length, "angle_deg": _degrees(angle)}
+    if "zero" in own:
+        (zero,) = several("zero", own.pop("zero"), "a standard uncertainty in radians", 1)
+        _sigmas("zero", zero)
+        _not_degrees("zero", zero, 0.6)
+        if unit == "mm" or not {**own, **of_file}.get("tolerance"):
+            raise ValueError(f"zero: {'the joints of this robot do not turn' if unit == 'mm' else 'needs a tolerance as well'}")
+        own["tolerance"] = {**own.get("tolerance", {}), "zero_deg": _degrees(zero)}
     for name, value in own.items():
         if not (value is None or isinstance(value, Mapping)):
             raise TypeError(f"{name}: a dict is needed, of the keys that a robot file has in this section")
-    sections = {name: _plain(name, value) for name, value in own.items()}
-    return {**found, "names": names, "sections": json.dumps(sections)}
+    return {name: _plain(name, value) for name, value in own.items()}
+
+
+def _degrees(radians: float) -> float:
+    """Degrees that are read as the same radians."""
+    plain = math.degrees(radians)
+    near = (round(plain, 12), plain, math.nextafter(plain, math.inf), math.nextafter(plain, -math.inf))
+    return next((own for own in near if math.radians(own) == radians), plain)
 
 
 def _plain(name: str, own: Any) -> Any:
@@ -88,13 +101,8 @@ def several(argument: str, given: Any, wanted: str, *counts: int) -> Any:
     return array.ravel().tolist()
 
 
-def _several(argument: str, given: Any, wanted: str) -> Any:
-    return None if given is None else several(argument, given, wanted, 2)
-
-
-def _shaped(argument: str, given: Any, shape: tuple[int, int]) -> Any:
-    if given is None:
-        return None
+def shaped(argument: str, given: Any, shape: tuple[int, int]) -> Any:
+    """Finite numbers of a shape."""
     array = numbers(argument, given)
     if array.shape != shape:
         raise ValueError(f"{argument}: shape {array.shape}; an array of shape {shape} is needed")
@@ -104,8 +112,6 @@ def _shaped(argument: str, given: Any, shape: tuple[int, int]) -> Any:
 
 def _noise(given: Any) -> Any:
     """σ of each coordinate, and of a joint."""
-    if given is None:
-        return None
     wanted = "(position, joint) is needed: standard uncertainties in mm and radians"
     pair = array_of("noise", given, object)
     if pair.shape[:1] != (2,):
@@ -113,8 +119,15 @@ def _noise(given: Any) -> Any:
     position, joint = pair
     axes = several("noise", position, wanted, 1, 3)
     (own,) = several("noise", joint, wanted, 1)
+    _sigmas("noise", *axes, own or 1)
     _not_degrees("noise", own, 0.2)
     return (axes * 3)[:3], own
+
+
+def _sigmas(argument: str, *all_given: float) -> None:
+    for own in all_given:
+        if own <= 0:
+            raise ValueError(f"{argument}: {own:g}; a standard uncertainty above 0 is needed")
 
 
 def _not_degrees(argument: str, angle: float, largest: float) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ._arrays import array_of, finite, numbers
+from ._arrays import array_of, finite, lengths, numbers
 
 
 def stated(given: Mapping[str, Any], robot: Any) -> dict[str, Any]:
@@ -73,22 +73,19 @@ def printer(given: Mapping[str, Any]) -> str:
     for name, value in given.items():
         if name not in own:
             raise TypeError(f"{name}: not stated of a printer")
-        own[name] = None if value is None else numbers(name, value)
-    for name in ("rods", "radius", "rods_sigma", "radius_sigma"):
-        lengths = own[name]
-        if lengths is not None:
-            if lengths.size not in ((1, 3) if name == "rods" else (1,)):
-                raise ValueError(f"{name}: shape {lengths.shape}; {'one length or three are' if name == 'rods' else 'one length is'} needed")
-            if not ((lengths > 0) & (lengths <= 1e6)).all():
-                raise ValueError(f"{name}: {lengths.tolist()}; a length above 0 mm, up to 1e6 mm, is needed")
-            own[name] = (lengths.ravel().tolist() * 3)[:3] if name == "rods" else lengths.item()
-    pairs = np.empty((0, 2)) if own["printed"] is None else own["printed"]
-    if pairs.shape[1:] != (2,) or not (np.abs(pairs[:, 1] / pairs[:, 0] - 1) < 0.1).all():
+        if value is None or name == "printed":
+            continue
+        wanted = {"rods": "one length or three", "shrinkage": "a fraction"}.get(name, "one length")
+        found = several(name, value, wanted, *((1, 3) if name == "rods" else (1,)))
+        if name != "shrinkage":
+            for one in found:
+                lengths(**{name: one})
+        elif abs(found[0]) > 0.1:
+            raise ValueError(f"{name}: {found[0]}; a fraction of up to 0.1 is needed")
+        own[name] = (found * 3)[:3] if name == "rods" else found[0]
+    pairs = np.empty((0, 2)) if given.get("printed") is None else numbers("printed", given["printed"])
+    if pairs.shape[1:] != (2,) or not (np.abs(pairs[:, 1] - pairs[:, 0]) < 0.1 * np.abs(pairs[:, 0])).all():
         raise ValueError("printed: (as designed, as printed), mm, within 10 %, are needed")
-    if own["shrinkage"] is not None:
-        (own["shrinkage"],) = several("shrinkage", own["shrinkage"], "a fraction", 1)
-        if not abs(own["shrinkage"]) <= 0.1:
-            raise ValueError(f"shrinkage: {own['shrinkage']}; a fraction of up to 0.1 is needed")
     return json.dumps({**own, "printed": pairs.tolist()})
 
 

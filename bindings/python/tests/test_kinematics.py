@@ -158,7 +158,6 @@ def test_frames_by_the_names_of_their_columns(frame):
     ("call", "message"),
     [
         (lambda: ROBOT.forward([[1, 2]]), r"q: shape \(1, 2\)"),
-        (lambda: ROBOT.forward(0.1), r"q: shape \(\)"),
         (lambda: ROBOT.forward([[0.1, "0.2", pd.NA]]), r"q: \[0, 1\]: str; a number"),
         (lambda: ROBOT.forward(None), "q: NoneType"),
         (lambda: ROBOT.forward(pd.DataFrame(Q)), "q: needs columns"),
@@ -169,14 +168,11 @@ def test_frames_by_the_names_of_their_columns(frame):
         (lambda: ROBOT.inverse([[0, np.nan, -400]], errors="raise"), "x: row 0: "),
         (lambda: dc.Robot.from_parameters(np.zeros((3, 7)), limits=(-1, 1)), "parameters: shape"),
         (lambda: dc.Robot.from_parameters(np.zeros((3, 8)), limits=(-1, 1)), "parameters: "),
-        (lambda: ROBOT.replace(noise=(0.02,)), "noise: "),
         (lambda: ROBOT.replace(noise={0.02, 1e-5}), r"noise: \(position, joint\)"),
         (lambda: ROBOT.replace(noise=(-1.0, 1.0)), "noise: "),
         (lambda: ROBOT.replace(tolerance=(0.5, 0.0)), "tolerance: "),
         (lambda: ROBOT.replace(tolerance=(0.5, 0.2)), "tolerance: .*radians"),
         (lambda: ROBOT.replace(noise=(0.02, 0.5)), "noise: .*radians"),
-        (lambda: dc.Robot.from_parameters(ROBOT.parameters, limits=None), "limits: None"),
-        (lambda: dc.Robot.read(3), "path: .*int"),
         (lambda: ROBOT.replace(limits=[1, 2, 3]), "limits: .*, not 3 numbers"),
         (lambda: ROBOT.replace(target=-40), "target: a dict"),
         (lambda: ROBOT.replace(target={"height": 1}), "height"),
@@ -200,9 +196,7 @@ def test_a_fault_names_its_argument(call, message):
         ({"limits": (1.57, -1.05)}, "limits: .*radians"),
         ({"limits": (-60, 90)}, "limits: .*radians"),
         ({"limits": None}, "limits: None"),
-        ({"upper_arm": "long"}, "upper_arm: str; a number"),
         ({"forearm": 10}, "^base_radius, .*forearm: .*impossible"),
-        ({"base_radius": 1e300}, "base_radius: 1e.300; a length"),
     ],
 )
 def test_a_data_sheet_that_cannot_be(change, message):

@@ -49,6 +49,8 @@ def test_the_bits_are_those_of_the_command(folder, table, options, command, monk
     assert result.robot.to_toml() == calibrated.read_text()
     assert report["document"].pop("command").startswith("delta-cal calibrate")
     assert result.to_dict() == report
+    # A command can be copied from the text.
+    assert str(result).count("delta-cal plan") == str(result).count("--samples")
 
 
 def test_arrays_have_the_bits_of_a_file(tmp_path, measured, robot):

@@ -150,7 +150,9 @@ def _numbers(argument: str, given: Any, count: int) -> Array:
 
 def _words(argument: str, given: Any, count: int) -> list[str]:
     """One word, or one a row."""
-    array = array_of(argument, given, object)
+    # Of times not the count of their units.
+    dated = getattr(getattr(given, "dtype", None), "kind", "") in ("m", "M")
+    array = array_of(argument, given, str if dated else object)
     if array.ndim > 1 or array.ndim == 0 and not isinstance(array[()], str):
         raise TypeError(f"{argument}: {type(given).__name__}; a word, or words (n,), are needed")
     words = ["" if missing(own) else str(own) for own in (array if array.ndim == 1 else [array[()]] * count)]
@@ -166,6 +168,11 @@ def _column(name: str, array: Any, count: int) -> Any:
     if name == "use" and array.dtype.kind == "f":
         # Whole numbers that were beside missing ones.
         return _words(name, ["" if math.isnan(own) else f"{own:g}" for own in array], count)
+    if array.dtype == object and any(isinstance(own, float) and not missing(own) for own in array):
+        try:
+            return _numbers(name, array, count)
+        except TypeError:
+            pass
     return _numbers(name, array, count) if array.dtype.kind == "f" else _words(name, array, count)
 
 

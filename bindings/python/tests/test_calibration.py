@@ -214,7 +214,12 @@ def test_what_was_not_measured_is_left_out(robot, measured):
     masked.data[5] += 50
     with_nan = np.where(masked.mask, np.nan, x)
     without = dc.calibrate(robot, np.delete(q, 5, axis=0), np.delete(x, 5, axis=0))
-    for result in (dc.calibrate(robot, q, masked), dc.calibrate(robot, q, with_nan), dc.calibrate(robot, np.ma.masked_array(q, masked.mask), x)):
+    frame = pd.DataFrame(np.hstack([q, with_nan]), columns=["q1_rad", "q2_rad", "q3_rad", "x_mm", "y_mm", "z_mm"])
+    # As databases give it.
+    of_objects = frame.astype(object).where(frame.notna(), None).assign(name=pd.date_range("2026-01-01", periods=40))
+    alike = [dc.calibrate(robot, own) for own in (of_objects, frame)]
+    alike += [dc.calibrate(robot, q, masked), dc.calibrate(robot, q, with_nan), dc.calibrate(robot, np.ma.masked_array(q, masked.mask), x)]
+    for result in alike:
         np.testing.assert_array_equal(result.parameters, without.parameters)
         assert result.lines.tolist() == [row for row in range(40) if row != 5]
     # A plane or a point that holds for all rows, of which some have no such reading.
@@ -408,6 +413,7 @@ FAULTS = [
     (lambda q, x: (q, x), {"sigma": np.arange(40)}, "sigma: row 0: 0.0; an uncertainty above 0"),
     (lambda q, x: (q, x), {"method": "joint", "frame": "sensor"}, '(?s)method="joint".*method="fkm"'),
     (lambda q, x: (pd.DataFrame({"q1_deg": [1.0]}),), {}, "samples.*q2_deg"),
+    (lambda q, x: (pd.DataFrame({"q1_rad": pd.date_range("2026-01-01", periods=2), "q2_rad": 0.1, "q3_rad": 0.1, "z_mm": -400.0}),), {}, "samples: row 0: column q1_rad"),
     (lambda q, x: (pd.DataFrame({"angle": [1.0]}),), {}, "(?s)samples: .*angle.*read_samples takes columns"),
 ]
 

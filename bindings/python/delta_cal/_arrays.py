@@ -137,9 +137,9 @@ def framed(given: Any) -> Any:
     raise ImportError("pandas or polars is needed to read this frame")
 
 
-def in_units(frame: Any, columns: Iterable[tuple[str, float]]) -> Array:
+def in_units(argument: str, frame: Any, columns: Iterable[tuple[str, float]]) -> Array:
     """Three columns of a frame, each by its factor."""
-    return np.stack([factor * numbers(name, frame[name].to_numpy()) for name, factor in columns], axis=-1)
+    return np.stack([factor * numbers(f"{argument}: column {name}", frame[name].to_numpy()) for name, factor in columns], axis=-1)
 
 
 class Frozen:

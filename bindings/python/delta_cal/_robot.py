@@ -338,7 +338,7 @@ class Robot(_ByFingerprint):
         frame = framed(given)
         if frame is None:
             return rows(argument, given)
-        return in_units(frame, self._own.columns(argument, [str(name) for name in frame.columns]))
+        return in_units(argument, frame, self._own.columns(argument, [str(name) for name in frame.columns]))
 
     @property
     def parameters(self) -> Array:

@@ -44,7 +44,7 @@ def samples(robot: Robot, given: Any, argument: str = "samples") -> Samples:
         twice = [str(name) for name, count in Counter(frame.columns).items() if count > 1]
         if twice:
             raise ValueError(f"{argument}: column {twice[0]}: another one has the same name")
-        columns = {str(name): _column(str(name), frame[name].to_numpy(), len(frame)) for name in frame.columns}
+        columns = {str(name): _column(f"{argument}: column {name}", frame[name].to_numpy(), len(frame)) for name in frame.columns}
         return Samples(_native.samples_of_columns(robot._own, "samples", list(columns.items()), None))
     all_given = [given] if isinstance(given, Mapping) else given
     if not isinstance(all_given, (list, tuple)) or not all(isinstance(own, Mapping) for own in all_given):
@@ -165,7 +165,7 @@ def _words(argument: str, given: Any, count: int) -> list[str]:
 
 
 def _column(name: str, array: Any, count: int) -> Any:
-    if name == "use" and array.dtype.kind == "f":
+    if name.endswith(" use") and array.dtype.kind == "f":
         # Whole numbers that were beside missing ones.
         return _words(name, ["" if math.isnan(own) else f"{own:g}" for own in array], count)
     if array.dtype == object and any(isinstance(own, float) and not missing(own) for own in array):

@@ -414,6 +414,8 @@ FAULTS = [
     (lambda q, x: (q, x), {"method": "joint", "frame": "sensor"}, '(?s)method="joint".*method="fkm"'),
     (lambda q, x: (pd.DataFrame({"q1_deg": [1.0]}),), {}, "samples.*q2_deg"),
     (lambda q, x: (pd.DataFrame({"q1_rad": pd.date_range("2026-01-01", periods=2), "q2_rad": 0.1, "q3_rad": 0.1, "z_mm": -400.0}),), {}, "samples: row 0: column q1_rad"),
+    (lambda q, x: (q, pd.DataFrame(x, columns=["x_mm", "y_mm", "z_mm"]).astype(str)), {}, r"x: column x_mm: \[0\]: str"),
+    (lambda q, x: (pd.DataFrame({"q1_rad": [np.inf]}),), {}, "q: column q1_rad: infinity in row 0"),
     (lambda q, x: (pd.DataFrame({"angle": [1.0]}),), {}, "(?s)samples: .*angle.*read_samples takes columns"),
 ]
 

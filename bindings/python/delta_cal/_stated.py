@@ -21,9 +21,8 @@ def stated(given: Mapping[str, Any], robot: Any) -> dict[str, Any]:
         low, high = several("limits", own.pop("limits"), "(smallest, largest)", 2)
         if low >= high or unit == "deg" and max(-low, high) > math.tau:
             raise ValueError(f"limits: {[low, high]}; (smallest, largest) is needed, {'mm' if unit == 'mm' else 'radians'}")
-        in_radians = "min_rad" in of_file["joints"]
-        own["joints"] = {f"{name}_{'rad' if in_radians else unit}": value if in_radians else in_file(value)
-                         for name, value in (("min", low), ("max", high))}
+        key, of_limits = ("rad", float) if "min_rad" in of_file["joints"] else (unit, in_file)
+        own["joints"] = {f"min_{key}": of_limits(low), f"max_{key}": of_limits(high), **own.get("joints", {})}
     if not isinstance(own.get("noise", {}), Mapping):
         position, joint = _noise(own["noise"])
         own["noise"] = {"position_mm": position, f"joint_{unit}": in_file(joint)}

@@ -216,7 +216,8 @@ def test_sections_are_those_of_the_file():
     np.testing.assert_allclose(robot.forward(Q), ROBOT.forward(Q) * [1, -1, -1])
     assert robot.replace(target=None, convention=None) == stated != robot
     sheet = {"base_radius": 194, "platform_radius": 30, "upper_arm": 260, "forearm": 480}
-    stated = dc.Robot.nominal(**sheet, limits=np.array([-1.57, 1.05]), convention={"joint_positive": "up"})
+    stated = dc.Robot.nominal(**sheet, limits=np.array([-1.57, 1.05]), convention={"joint_positive": "up"}, joints={"forearm_max_deg": 45})
+    assert stated.to_dict()["joints"]["forearm_max_deg"] == 45
     np.testing.assert_allclose(stated.forward(-Q), ROBOT.forward(Q))
     assert dc.Robot.from_toml(robot.to_toml()) == robot
     assert ROBOT.replace(noise=((0.01, 0.02, 0.03), 1e-5)).noise == ((0.01, 0.02, 0.03), pytest.approx(1e-5))

@@ -19,12 +19,21 @@ if TYPE_CHECKING:
     from ._types import Array
 
 
-def numbers(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
-    """Contiguous real numbers of any shape; NaN where they are masked."""
+def array_of(argument: str, given: Any, dtype: Any = None) -> Any:
+    """As NumPy has it. What has no order, such as a set, is one object."""
     try:
-        array: Any = np.asanyarray(given)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{argument}: {error}") from None
+        return np.asanyarray(given, dtype)
+    except Exception as error:  # noqa: BLE001
+        # As the object's own conversion has it: on a GPU, of several lengths.
+        raise (TypeError if isinstance(error, TypeError) else ValueError)(f"{argument}: {error}") from error
+
+
+def numbers(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
+    """Contiguous real numbers of any shape; NaN where they are masked or missing."""
+    array: Any = array_of(argument, given)
+    if array.dtype == object:
+        cells = [_cell(argument, place, array[place]) for place in np.ndindex(array.shape)]
+        array = np.array(cells, dtype).reshape(array.shape)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{argument}: dtype {array.dtype}; an array of real numbers is needed")
     if hasattr(array, "filled"):
@@ -32,15 +41,41 @@ def numbers(argument: str, given: Any, dtype: str = "float64") -> NDArray[Any]:
     return np.asarray(array, dtype, order="C")
 
 
+def missing(own: Any) -> bool:
+    """None, and what frames and masked arrays have for it."""
+    return own is None or own is np.ma.masked or type(own).__name__ in ("NAType", "NaTType") or isinstance(own, float) and math.isnan(own)
+
+
+def _cell(argument: str, place: tuple[int, ...], own: Any) -> float:
+    if not place:
+        return _real(argument, own)
+    return math.nan if missing(own) else _real(f"{argument}: {list(place)}", own)
+
+
+def _real(argument: str, own: Any) -> float:
+    if not isinstance(own, Real) or isinstance(own, (bool, np.bool_, np.timedelta64)):
+        raise TypeError(f"{argument}: {type(own).__name__}; a number is needed")
+    try:
+        return float(own)
+    except OverflowError:
+        return math.inf
+
+
+def finite(argument: str, array: Array) -> None:
+    """Whether all are."""
+    for place in np.argwhere(~np.isfinite(array))[:1]:
+        where = f"{place.tolist()} is " if array.ndim > 0 else ""
+        raise ValueError(f"{argument}: {where}{array[tuple(place)]}; a finite number is needed")
+
+
 def check(kind: Any, *, optional: Mapping[str, Any] | None = None, **given: Any) -> None:
     """Whether arguments are of a type, and numbers finite; of optional ones those that are not None."""
     stated = {name: own for name, own in (optional or {}).items() if own is not None}
     for name, value in {**given, **stated}.items():
-        is_bool = isinstance(value, (bool, np.bool_))
-        if not (is_bool if kind is bool else isinstance(value, kind) and not is_bool):
-            raise TypeError(f"{name}: {type(value).__name__}; a {'number' if kind is Real else kind.__name__} is needed")
-        if kind is Real and not math.isfinite(value):
-            raise ValueError(f"{name}: {value}; a finite number is needed")
+        if kind is Real:
+            finite(name, np.array(_real(name, value)))
+        elif not isinstance(value, (bool, np.bool_) if kind is bool else kind):
+            raise TypeError(f"{name}: {type(value).__name__}; a {kind.__name__} is needed")
         if kind is str:
             unicode(name, value)
 
@@ -102,9 +137,19 @@ def framed(given: Any) -> Any:
     raise ImportError("pandas or polars is needed to read this frame")
 
 
-def in_units(frame: Any, columns: Iterable[tuple[str, float]]) -> Array:
+def in_units(argument: str, frame: Any, columns: Iterable[tuple[str, float]]) -> Array:
     """Three columns of a frame, each by its factor."""
-    return np.stack([factor * numbers(name, frame[name].to_numpy()) for name, factor in columns], axis=-1)
+    return np.stack([factor * numbers(f"{argument}: column {name}", frame[name].to_numpy()) for name, factor in columns], axis=-1)
+
+
+class Frozen:
+    """Whose arrays are for reading, in copies and from pickles as well."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for own in state.values():
+            if isinstance(own, np.ndarray):
+                own.setflags(write=False)
+        self.__dict__.update(state)
 
 
 def radians(argument: str, angles: Array) -> None:

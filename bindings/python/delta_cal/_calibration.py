@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from . import _native
-from ._arrays import check, file_of, framed, lengths
+from ._arrays import Frozen, check, file_of, framed, lengths
 from ._errors import words
 from ._pages import Texts, Told, in_frame, written
 from ._robot import Robot, Samples
@@ -46,7 +46,7 @@ class Unknown(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class Calibration:
+class Calibration(Frozen):
     """A calibrated robot with its uncertainty, residuals and findings; ``print`` shows its tables, a notebook its page.
 
     Two calibrations are equal if robot file, samples and options are. All arrays are for reading.
@@ -127,13 +127,12 @@ class Calibration:
             NaN as of ``Robot.parameter_jacobian``. Its diagonal is the square of σ in x, y and z.
         """
         check(str, optional={"target": target})
-        by = self.robot.parameter_jacobian(q, transmissions=self._of("arm1.gain") is not None)
-        places = np.arange(by.shape[-1])
         rods = self._of("arm1.rod_difference")
-        if rods is not None:
-            x, y, z = self.targets[target] if target in self.targets else np.zeros(3)
-            by = np.concatenate([by, self.robot._own.rods_jacobian(self.robot._typed("q", q), (x, y, z))], axis=-1)
-            places = np.concatenate([places, np.arange(rods, rods + 12)])
+        x, y, z = self.targets.get(target or "", np.zeros(3))
+        own = self.robot._own.parameter_jacobian(self.robot._typed("q", q), True, None if rods is None else (x, y, z), False)
+        columns = [*range(39 if self._of("arm1.gain") is not None else 24)]
+        places = columns + ([] if rods is None else [*range(rods, rods + 12)])
+        by = own[..., columns + ([] if rods is None else [*range(39, 51)])]
         found = by @ self.covariance[np.ix_(places, places)] @ np.swapaxes(by, -1, -2)
         if target is None:
             return np.asarray(found)
@@ -143,9 +142,9 @@ class Calibration:
             if target in stated:
                 return np.asarray(found)
             raise ValueError(f"target: {target!r} is none of {sorted(stated)}")
-        own = slice(first, first + 3)
-        beside = by @ self.covariance[places, own]
-        return np.asarray(found + beside + np.swapaxes(beside, -1, -2) + self.covariance[own, own])
+        place = slice(first, first + 3)
+        beside = by @ self.covariance[places, place]
+        return np.asarray(found + beside + np.swapaxes(beside, -1, -2) + self.covariance[place, place])
 
     def to_dict(self) -> dict[str, Any]:
         """The report of ``delta-cal calibrate --json``: angles in degrees, keys as docs/json.md has them."""
@@ -327,9 +326,7 @@ def calibrate(
         for reading, noise_of in (("height", noise_height), ("distance", noise_distance)):
             if noise_of is not None:
                 robot = robot.replace(noise={f"{reading}_mm": noise_of})
-        given = read(robot, q, x, readings)
-        with Told(progress, timed=True) as tell:
-            found = _native.calibrate(robot._own, given._own, frame, method, robust, limit, tell)
+        begin: Any = robot._own, read(robot, q, x, readings)._own
     else:
         configuration = file_of("robot", robot)
         more = {"noise": noise, "noise_height": noise_height, "noise_distance": noise_distance, "tolerance": tolerance, "zero": zero,
@@ -341,9 +338,9 @@ def calibrate(
         for own, file in parts.items():
             if not isinstance(file, (str, os.PathLike)):
                 raise TypeError(f"{own}: beside {robot}, which is no robot file (.toml), files with readings of a printer are needed")
-        files = [file_of(own, file) for own, file in parts.items()]
-        with Told(progress, timed=True) as tell:
-            found = _native.calibrate_printer(configuration, files, stated_of(printer), method, robust, limit, tell)
+        begin = configuration, [file_of(own, file) for own, file in parts.items()], stated_of(printer)
+    with Told(progress, timed=True) as tell:
+        found = _native.calibrate(begin, frame, method, robust, limit, tell)
     options = (frame, method, robust, limit, sorted(printer.items()))
     found["fingerprint"] = hashlib.sha256(f"{found['fingerprint']}{options}".encode()).hexdigest()
     found.update(json.loads(found.pop("json")))

@@ -29,6 +29,8 @@ _ARGUMENTS = {
     "in a column target": "in target",
     "name its contents with --columns": "read_samples takes columns",
 }
+# A command stays one: in quotation marks, or as a paragraph.
+_OPTIONS = re.compile("|".join([*map(re.escape, _ARGUMENTS), r"(`delta-cal[^`]*`?|^delta-cal (?:.+\n?)+)", "--(?=[a-z])"]), re.M)
 # Arrays have rows in place of lines, no names of columns, and are in no file. Headers stand at the right.
 _ROWS = {
     ". No file was changed": "",
@@ -42,11 +44,9 @@ _ROWS = {
 
 
 def words(text: str, in_arrays: bool) -> str:
-    """A message without colours, in the names of arguments; a command in it stays one."""
+    """A message without colours, in the names of arguments."""
     text = re.sub("\x1b[^m]*m", "", text)
-    for option, argument in _ARGUMENTS.items():
-        text = text.replace(option, argument)
-    text = re.sub(r"(`delta-cal[^`]*`?)|--(?=[a-z])", lambda own: own[1] or "", text)
+    text = _OPTIONS.sub(lambda own: own[1] or _ARGUMENTS.get(own[0], ""), text)
     if not in_arrays:
         return text
     if text.startswith("Name the columns of "):

@@ -11,7 +11,7 @@ import numpy as np
 from . import _native
 from ._arrays import check, file_of, framed, in_units, lengths, path_of, rows
 from ._pages import plain
-from ._stated import several, stated
+from ._stated import several, shaped, stated
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,17 @@ _SYMBOLS = {
     "rotary": ("Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"),
     "linear": ("Dx", "Dy", "Dz", "lean_x", "lean_y", "scale", "", "Lb"),
 }
+_ANY: dict[str, dict[str, Any]] = {
+    "rotary": {
+        "nominal": {"base_radius_mm": 194, "platform_radius_mm": 30, "upper_arm_mm": 260, "forearm_mm": 480},
+        "joints": {"min_deg": -57, "max_deg": 57},
+    },
+    "linear": {
+        "nominal": {"kind": "linear", "tower_radius_mm": 100, "forearm_mm": 200},
+        "joints": {"min_mm": -1, "max_mm": 1},
+    },
+}
+"""Robots of which the rest is stated."""
 
 
 class _ByFingerprint:
@@ -98,7 +109,8 @@ class Robot(_ByFingerprint):
         """
         lengths(base_radius=base_radius, platform_radius=platform_radius, upper_arm=upper_arm, forearm=forearm)
         _needed(limits=limits)
-        own = Robot(_native.Robot.nominal(base_radius, platform_radius, upper_arm, forearm))
+        sheet = {"base_radius_mm": base_radius, "platform_radius_mm": platform_radius, "upper_arm_mm": upper_arm, "forearm_mm": forearm}
+        own = _of_sections({**_ANY["rotary"], "nominal": sheet}, "base_radius, platform_radius, upper_arm, forearm")
         more: dict[str, Any] = {**sections}
         return own.replace(limits=limits, tolerance=tolerance, zero=zero, noise=noise, **more)
 
@@ -135,15 +147,16 @@ class Robot(_ByFingerprint):
         check(str, drive=drive)
         if drive not in ("rotary", "linear"):
             raise ValueError('drive: "rotary" or "linear" is needed')
-        arms = np.array(stated({"parameters": parameters})["parameters"])
+        arms = np.array(shaped("parameters", parameters, (3, 8)))
         # Upper arms of 1 mm are the scales of linear drives.
         if drive == "rotary" and not arms[:, 6].any() and (np.abs(arms[:, 5] - 1) < 0.5).all():
             raise ValueError('parameters: these are the parameters of linear drives; drive="linear" is needed')
         for arm in np.flatnonzero(arms[:, 6]) if drive == "linear" else ():
             raise ValueError(f"parameters: [{arm}, 6] is not 0; linear drives have seven parameters")
-        own = Robot(_native.Robot.of_parameters(arms.tolist(), drive == "linear"))
+        own = _of_sections(_ANY[drive], "drive")
+        more: dict[str, Any] = {"platform": None, **sections}
         return own.replace(
-            parameters=parameters, limits=limits, transmissions=transmissions, tolerance=tolerance, zero=zero, noise=noise, **sections
+            parameters=parameters, limits=limits, transmissions=transmissions, tolerance=tolerance, zero=zero, noise=noise, **more
         )
 
     @staticmethod
@@ -222,23 +235,19 @@ class Robot(_ByFingerprint):
         tolerance, zero, noise, sections
             As of ``nominal``; ``convention`` counts the same robot in another way: ``convention={"z_axis": "down"}``.
         """
-        given = {
-            "parameters": parameters, "limits": limits, "transmissions": transmissions,
-            "tolerance": tolerance, "zero": zero, "noise": noise,
-        }
+        of_arms = [None if own is None else shaped(name, own, shape)
+                   for name, own, shape in (("parameters", parameters, (3, 8)), ("transmissions", transmissions, (3, 5)))]
+        given = {"limits": limits, "tolerance": tolerance, "zero": zero, "noise": noise}
         used = {name: own for name, own in given.items() if own is not None}
-        found = stated({**used, **sections})
-        changed: dict[str, Any] = json.loads(found.pop("sections"))
         own = self
-        if "convention" in changed:
-            counted = own._with_sections({"convention": changed.pop("convention")})
+        if "convention" in sections:
+            counted = own._with({"convention": sections.pop("convention")})
             own = Robot(own._own.counted_as(counted._own))
-        own = Robot(own._own.replaced(found))
-        return own._with_sections(changed) if changed else own
+        own = Robot(own._own.with_arms(*of_arms))
+        return own._with({**used, **sections}) if used or sections else own
 
-    def _with_sections(self, sections: dict[str, Any]) -> Robot:
-        whole = json.dumps(_merged(self.to_dict(), sections))
-        return Robot(_native.Robot.of_json(self.name, whole, ", ".join(sections)))
+    def _with(self, given: dict[str, Any]) -> Robot:
+        return _of_sections(_merged(self.to_dict(), stated(given, self)), ", ".join(given), self.name)
 
     def forward(
         self, q: Rows, *, target: str | Vector | None = None, errors: Literal["nan", "raise"] = "nan"
@@ -317,7 +326,7 @@ class Robot(_ByFingerprint):
             Without a unit, or mm a radian.
         """
         check(bool, transmissions=transmissions)
-        return self._own.parameter_jacobian(self._typed("q", q), transmissions, _raised(errors))
+        return self._own.parameter_jacobian(self._typed("q", q), transmissions, None, _raised(errors))
 
     def _typed(self, argument: str, given: Any) -> NDArray[Any]:
         """Rows of three numbers in the type of the array."""
@@ -329,7 +338,7 @@ class Robot(_ByFingerprint):
         frame = framed(given)
         if frame is None:
             return rows(argument, given)
-        return in_units(frame, self._own.columns(argument, [str(name) for name in frame.columns]))
+        return in_units(argument, frame, self._own.columns(argument, [str(name) for name in frame.columns]))
 
     @property
     def parameters(self) -> Array:
@@ -409,6 +418,10 @@ def _robot_of(name: str, text: bytes) -> Robot:
     return Robot(_native.Robot.of_bytes(name, text))
 
 
+def _of_sections(sections: dict[str, Any], arguments: str, name: str = "robot") -> Robot:
+    return Robot(_native.Robot.of_json(name, json.dumps(sections, default=float), arguments))
+
+
 def _merged(own: Any, more: Any) -> Any:
     """Keys of ``more`` replace those of ``own``; None removes one."""
     if not (isinstance(own, dict) and isinstance(more, dict)):
@@ -436,7 +449,7 @@ def _target(given: Any) -> Any:
     if isinstance(given, str):
         check(str, target=given)
         return given
-    return several("target", given, 3, "a name or (x, y, z) in mm")
+    return several("target", given, "a name or (x, y, z) in mm", 3)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native
-from ._arrays import file_of, framed, numbers, radians, unicode
+from ._arrays import array_of, file_of, framed, missing, numbers, radians, unicode
 from ._robot import Robot, Samples, samples_of
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def samples(robot: Robot, given: Any, argument: str = "samples") -> Samples:
         twice = [str(name) for name, count in Counter(frame.columns).items() if count > 1]
         if twice:
             raise ValueError(f"{argument}: column {twice[0]}: another one has the same name")
-        columns = {str(name): _column(str(name), frame[name].to_numpy(), len(frame)) for name in frame.columns}
+        columns = {str(name): _column(f"{argument}: column {name}", frame[name].to_numpy(), len(frame)) for name in frame.columns}
         return Samples(_native.samples_of_columns(robot._own, "samples", list(columns.items()), None))
     all_given = [given] if isinstance(given, Mapping) else given
     if not isinstance(all_given, (list, tuple)) or not all(isinstance(own, Mapping) for own in all_given):
@@ -140,7 +140,7 @@ def _check_count(argument: str, own: int, count: int) -> None:
 def _numbers(argument: str, given: Any, count: int) -> Array:
     """One number, or one a row."""
     array = numbers(argument, given)
-    if array.size == 1:
+    if array.ndim == 0:
         array = np.full(count, array)
     if array.ndim != 1:
         raise ValueError(f"{argument}: shape {array.shape}; an array of shape (n,) is needed")
@@ -148,18 +148,14 @@ def _numbers(argument: str, given: Any, count: int) -> Array:
     return _finite(argument, array)
 
 
-def _word(own: Any) -> str:
-    """None is none, and what masked arrays and frames have for it."""
-    missing = own is None or own is np.ma.masked or type(own).__name__ == "NAType" or isinstance(own, float) and math.isnan(own)
-    return "" if missing else str(own)
-
-
 def _words(argument: str, given: Any, count: int) -> list[str]:
     """One word, or one a row."""
-    try:
-        words = [given] * count if isinstance(given, str) else [_word(own) for own in given]
-    except TypeError:
-        raise TypeError(f"{argument}: words are needed") from None
+    # Of times not the count of their units.
+    dated = getattr(getattr(given, "dtype", None), "kind", "") in ("m", "M")
+    array = array_of(argument, given, str if dated else object)
+    if array.ndim > 1 or array.ndim == 0 and not isinstance(array[()], str):
+        raise TypeError(f"{argument}: {type(given).__name__}; a word, or words (n,), are needed")
+    words = ["" if missing(own) else str(own) for own in (array if array.ndim == 1 else [array[()]] * count)]
     _check_count(argument, len(words), count)
     for row, word in enumerate(words):
         if re.search(r'[",;\x00-\x1f]', word):
@@ -169,12 +165,18 @@ def _words(argument: str, given: Any, count: int) -> list[str]:
 
 
 def _column(name: str, array: Any, count: int) -> Any:
-    if name == "use" and array.dtype.kind == "f":
+    if name.endswith(" use") and array.dtype.kind == "f":
         # Whole numbers that were beside missing ones.
         return _words(name, ["" if math.isnan(own) else f"{own:g}" for own in array], count)
+    if array.dtype == object and any(isinstance(own, float) and not missing(own) for own in array):
+        try:
+            return _numbers(name, array, count)
+        except TypeError:
+            pass
     return _numbers(name, array, count) if array.dtype.kind == "f" else _words(name, array, count)
 
 
+@np.errstate(all="ignore")
 def _covariances(given: Any, unread: NDArray[np.bool_]) -> tuple[Array, Array]:
     """σ and shape of the covariance of each row, of σ of its coordinates (n, 3) or of covariances (n, 3, 3). Coordinates that
     were not read have none, and stand for the mean of the others."""
@@ -189,8 +191,7 @@ def _covariances(given: Any, unread: NDArray[np.bool_]) -> tuple[Array, Array]:
     mean = np.where(without, 0, np.diagonal(matrices, axis1=1, axis2=2)).sum(axis=1) / (3 - without.sum(axis=1))
     matrices = np.where(both, mean[:, None, None] * np.eye(3), matrices)
     square = np.trace(matrices, axis1=1, axis2=2) / 3
-    with np.errstate(all="ignore"):
-        shapes = matrices / square[:, None, None]
+    shapes = matrices / square[:, None, None]
     known = np.where(np.isfinite(shapes), shapes, 0)
     # As symmetric as rounding leaves it.
     symmetric = np.abs(known - np.swapaxes(known, 1, 2)).max(axis=(1, 2)) < 1e-9

@@ -1,4 +1,4 @@
-"""What is stated of a robot: arguments to numbers, or to sections of its file."""
+"""What is stated of a robot: arguments to sections of its file."""
 
 from __future__ import annotations
 
@@ -9,42 +9,61 @@ from typing import Any
 
 import numpy as np
 
-from ._arrays import numbers
+from ._arrays import array_of, finite, lengths, numbers
 
 
-def stated(given: Mapping[str, Any]) -> dict[str, Any]:
-    """By the names of the arguments; what is a dict or has no argument of its own is a section, as JSON."""
+def stated(given: Mapping[str, Any], robot: Any) -> dict[str, Any]:
+    """Sections of a robot's file, of arguments by their names."""
     own = dict(given)
-    names = ", ".join(own)
-
-    def take(name: str) -> Any:
-        is_section = name in ("noise", "tolerance") and isinstance(own.get(name), Mapping)
-        return None if is_section else own.pop(name, None)
-
-    found: dict[str, Any] = {
-        "parameters": _shaped("parameters", take("parameters"), (3, 8)),
-        "transmissions": _shaped("transmissions", take("transmissions"), (3, 5)),
-        "limits": _several("limits", take("limits"), "(smallest, largest)"),
-        "noise": _noise(take("noise")),
-        "tolerance": _several("tolerance", take("tolerance"), "(length, angle) in mm and radians"),
-        "zero": take("zero"),
-    }
-    if found["tolerance"] is not None:
-        _not_degrees("tolerance", found["tolerance"][1], 0.2)
-    if found["zero"] is not None:
-        (found["zero"],) = several("zero", found["zero"], 1, "a standard uncertainty in radians")
-        _not_degrees("zero", found["zero"], 0.6)
+    of_file = robot.to_dict()
+    in_file, unit = (float, "mm") if robot.drive == "linear" else (_degrees, "deg")
+    if "limits" in own:
+        low, high = several("limits", own.pop("limits"), "(smallest, largest)", 2)
+        if low >= high or unit == "deg" and max(-low, high) > math.tau:
+            raise ValueError(f"limits: {[low, high]}; (smallest, largest) is needed, {'mm' if unit == 'mm' else 'radians'}")
+        key, of_limits = ("rad", float) if "min_rad" in of_file["joints"] else (unit, in_file)
+        own["joints"] = {f"min_{key}": of_limits(low), f"max_{key}": of_limits(high), **own.get("joints", {})}
+    if not isinstance(own.get("noise", {}), Mapping):
+        position, joint = _noise(own["noise"])
+        own["noise"] = {"position_mm": position, f"joint_{unit}": in_file(joint)}
+    if not isinstance(own.get("tolerance", {}), Mapping):
+        length, angle = several("tolerance", own["tolerance"], "(length, angle) in mm and radians", 2)
+        _sigmas("tolerance", length, angle)
+        _not_degrees("tolerance", angle, 0.2)
+        if length > robot.parameters[0, 7]:
+            raise ValueError(f"tolerance: σ of {length:g} mm is longer than the forearm")
+        own["tolerance"] = {"length_mm": length, "angle_deg": _degrees(angle)}
+    if "zero" in own:
+        (zero,) = several("zero", own.pop("zero"), "a standard uncertainty in radians", 1)
+        _sigmas("zero", zero)
+        _not_degrees("zero", zero, 0.6)
+        if unit == "mm" or not {**own, **of_file}.get("tolerance"):
+            raise ValueError(f"zero: {'the joints of this robot do not turn' if unit == 'mm' else 'needs a tolerance as well'}")
+        own["tolerance"] = {**own.get("tolerance", {}), "zero_deg": _degrees(zero)}
     for name, value in own.items():
         if not (value is None or isinstance(value, Mapping)):
             raise TypeError(f"{name}: a dict is needed, of the keys that a robot file has in this section")
-    return {**found, "names": names, "sections": f"{{{', '.join(f'{json.dumps(name)}: {_section(name, own[name])}' for name in own)}}}"}
+    return {name: _plain(name, value) for name, value in own.items()}
 
 
-def _section(name: str, given: Any) -> str:
-    try:
-        return json.dumps(given, default=lambda own: own.tolist(), allow_nan=False)
-    except (AttributeError, TypeError, ValueError) as error:
-        raise ValueError(f"{name}: {error}") from None
+def _degrees(radians: float) -> float:
+    """Degrees that are read as the same radians."""
+    plain = math.degrees(radians)
+    near = (round(plain, 12), plain, math.nextafter(plain, math.inf), math.nextafter(plain, -math.inf))
+    return next((own for own in near if math.radians(own) == radians), plain)
+
+
+def _plain(name: str, own: Any) -> Any:
+    """As JSON has it: finite numbers, and what is neither a number nor an array of them as it is."""
+    if isinstance(own, Mapping):
+        return {str(key): _plain(f"{name}: {key}", value) for key, value in own.items()}
+    if own is None or isinstance(own, (str, bool)):
+        return own
+    if isinstance(own, (list, tuple)):
+        return [_plain(f"{name}: [{place}]", value) for place, value in enumerate(own)]
+    array = numbers(name, own)
+    finite(name, array)
+    return own if isinstance(own, int) else array.tolist()
 
 
 def printer(given: Mapping[str, Any]) -> str:
@@ -53,63 +72,58 @@ def printer(given: Mapping[str, Any]) -> str:
     for name, value in given.items():
         if name not in own:
             raise TypeError(f"{name}: not stated of a printer")
-        own[name] = None if value is None else numbers(name, value)
-    for name in ("rods", "radius", "rods_sigma", "radius_sigma"):
-        lengths = own[name]
-        if lengths is not None:
-            if lengths.size not in ((1, 3) if name == "rods" else (1,)):
-                raise ValueError(f"{name}: shape {lengths.shape}; {'one length or three are' if name == 'rods' else 'one length is'} needed")
-            if not ((lengths > 0) & (lengths <= 1e6)).all():
-                raise ValueError(f"{name}: {lengths.tolist()}; a length above 0 mm, up to 1e6 mm, is needed")
-            own[name] = (lengths.ravel().tolist() * 3)[:3] if name == "rods" else lengths.item()
-    pairs = np.empty((0, 2)) if own["printed"] is None else own["printed"]
-    if pairs.shape[1:] != (2,) or not (np.abs(pairs[:, 1] / pairs[:, 0] - 1) < 0.1).all():
+        if value is None or name == "printed":
+            continue
+        wanted = {"rods": "one length or three", "shrinkage": "a fraction"}.get(name, "one length")
+        found = several(name, value, wanted, *((1, 3) if name == "rods" else (1,)))
+        if name != "shrinkage":
+            for one in found:
+                lengths(**{name: one})
+        elif abs(found[0]) > 0.1:
+            raise ValueError(f"{name}: {found[0]}; a fraction of up to 0.1 is needed")
+        own[name] = (found * 3)[:3] if name == "rods" else found[0]
+    pairs = np.empty((0, 2)) if given.get("printed") is None else numbers("printed", given["printed"])
+    if pairs.shape[1:] != (2,) or not (np.abs(pairs[:, 1] - pairs[:, 0]) < 0.1 * np.abs(pairs[:, 0])).all():
         raise ValueError("printed: (as designed, as printed), mm, within 10 %, are needed")
-    if own["shrinkage"] is not None:
-        (own["shrinkage"],) = several("shrinkage", own["shrinkage"], 1, "a fraction")
-        if not abs(own["shrinkage"]) <= 0.1:
-            raise ValueError(f"shrinkage: {own['shrinkage']}; a fraction of up to 0.1 is needed")
     return json.dumps({**own, "printed": pairs.tolist()})
 
 
-def several(argument: str, given: Any, count: int, wanted: str) -> Any:
-    """So many numbers."""
+def several(argument: str, given: Any, wanted: str, *counts: int) -> Any:
+    """So many finite numbers, or as many as one of these counts."""
     array = numbers(argument, given)
-    if array.size != count:
+    if array.size not in counts:
         raise ValueError(f"{argument}: {wanted} is needed, not {array.size} numbers")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{argument}: {array.tolist()}; finite numbers are needed")
+    finite(argument, array)
     return array.ravel().tolist()
 
 
-def _several(argument: str, given: Any, wanted: str) -> Any:
-    return None if given is None else several(argument, given, 2, wanted)
-
-
-def _shaped(argument: str, given: Any, shape: tuple[int, int]) -> Any:
-    if given is None:
-        return None
+def shaped(argument: str, given: Any, shape: tuple[int, int]) -> Any:
+    """Finite numbers of a shape."""
     array = numbers(argument, given)
     if array.shape != shape:
-        raise ValueError(f"{argument}: shape {list(array.shape)}; an array of shape {shape} is needed")
+        raise ValueError(f"{argument}: shape {array.shape}; an array of shape {shape} is needed")
+    finite(argument, array)
     return array.tolist()
 
 
 def _noise(given: Any) -> Any:
     """σ of each coordinate, and of a joint."""
-    if given is None:
-        return None
-    wanted = "noise: (position, joint) is needed: standard uncertainties in mm and radians"
-    try:
-        position, joint = given
-        axes = numbers("noise", position).ravel().tolist()
-        own = float(joint)
-    except (TypeError, ValueError):
-        raise ValueError(wanted) from None
-    if len(axes) not in (1, 3):
-        raise ValueError(wanted)
+    wanted = "(position, joint) is needed: standard uncertainties in mm and radians"
+    pair = array_of("noise", given, object)
+    if pair.shape[:1] != (2,):
+        raise ValueError(f"noise: {wanted}")
+    position, joint = pair
+    axes = several("noise", position, wanted, 1, 3)
+    (own,) = several("noise", joint, wanted, 1)
+    _sigmas("noise", *axes, own or 1)
     _not_degrees("noise", own, 0.2)
     return (axes * 3)[:3], own
+
+
+def _sigmas(argument: str, *all_given: float) -> None:
+    for own in all_given:
+        if own <= 0:
+            raise ValueError(f"{argument}: {own:g}; a standard uncertainty above 0 is needed")
 
 
 def _not_degrees(argument: str, angle: float, largest: float) -> None:

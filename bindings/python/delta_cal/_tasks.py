@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _native
-from ._arrays import check, file_of, lengths, path_of, radians
+from ._arrays import Frozen, check, file_of, finite, lengths, path_of, radians
 from ._calibration import _warn, read
 from ._pages import Told, in_frame, plain, written
 from ._robot import Robot, Samples, samples_of
@@ -44,11 +44,11 @@ def _whole(name: str, number: Any, least: int, most: int = 2**63 - 1) -> int:
     except TypeError:
         raise TypeError(f"{name}: {number!r}; a whole number is needed") from None
     if not least <= own <= most:
-        raise ValueError(f"{name}: {own}; a whole number of {least} to {most:.0e} is needed")
+        raise ValueError(f"{name}: {own if own.bit_length() < 65 else 'too large'}; a whole number of {least} to {most:.0e} is needed")
     return own
 
 
-class _Result:
+class _Result(Frozen):
     """Shown as its text, in a notebook as the same."""
 
     text: str
@@ -324,13 +324,11 @@ def export(
     lengths(optional={"limit": limit})
     if height is not None and abs(height) > 1e6:
         raise ValueError(f"height: {float(height):g}; a height of up to 1e6 mm is needed")
-    joints = None if home is None else several("home", home, 3, "(q1, q2, q3)")
+    joints = None if home is None else several("home", home, "(q1, q2, q3)", 3)
     if joints is not None and robot.drive == "rotary":
         radians("home", np.array(joints))
     places = None if x is None else robot._rows("x", x)
-    table = np.empty((0, 3)) if places is None else places.reshape(-1, 3)
-    for row in np.flatnonzero(~np.isfinite(table).all(axis=1)):
-        raise ValueError(f"x: row {row}: {table[row].tolist()}; finite numbers are needed")
+    finite("x", np.empty(0) if places is None else places)
     before = None if nominal is None else nominal._own
     return Export(**_native.export(robot._own, target, before, places, joints, height, limit))
 
@@ -387,7 +385,7 @@ def import_(
     if found["samples"] is not None:
         name, text = found["samples"]
         found["samples"] = samples_of([(name, text.encode())])
-    return Imported(**{**found, "robot": Robot(found["robot"])})
+    return Imported(**{**found, "robot": Robot(found["robot"]), "home": tuple(found["home"])})
 
 
 @dataclass(frozen=True, repr=False)
@@ -396,8 +394,8 @@ class Workspace(_Result):
 
     boundary: Array = field(compare=False)
     """Points of its boundary, array (n, 3), mm."""
-    report: dict[str, Any]
-    text: str = field(compare=False)
+    report: dict[str, Any] = field(hash=False)
+    text: str
 
 
 def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = None) -> Workspace:
@@ -421,8 +419,8 @@ def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = 
 class Comparison(_Result):
     """How positions of two robots differ."""
 
-    report: dict[str, Any]
-    text: str = field(compare=False)
+    report: dict[str, Any] = field(hash=False)
+    text: str
 
 
 def compare(before: Robot, after: Robot) -> Comparison:

@@ -1,16 +1,12 @@
 """Kinematics of 10⁶ poses beside the same formulas in NumPy by columns, and what limits them, processor time each; frames beside
-arrays; and a calibration of 40 samples beside the direct call in Rust. On a busy machine the shortest of many runs is nearest to
-what an idle one does.
+arrays; and a calibration of 40 samples. On a busy machine the shortest of many runs is nearest to what an idle one does.
 
     python bindings/python/examples/speed.py [--write]     # writes the table into docs/python.md
 """
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 import sys
-import tempfile
 import time
 import warnings
 from pathlib import Path
@@ -36,20 +32,6 @@ def best(times: int, work: Callable[[], object]) -> tuple[float, float]:
         walls.append(time.perf_counter() - begin)
         processors.append(time.process_time() - before)
     return min(walls), min(processors)
-
-
-def in_rust(robot: dc.Robot, q: NDArray[np.float64], x: NDArray[np.float64]) -> float | None:
-    """Seconds of the same calibration in Rust; None without cargo."""
-    if shutil.which("cargo") is None:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        files = [Path(folder) / "robot.toml", Path(folder) / "samples.csv"]
-        robot.write(files[0])
-        header = "q1_rad,q2_rad,q3_rad,x_mm,y_mm,z_mm"
-        np.savetxt(files[1], np.hstack([q, x]), fmt="%.17g", delimiter=",", header=header, comments="")
-        cargo = ["cargo", "run", "--quiet", "--release", "--package", "delta-cal-python", "--example", "direct", "--"]
-        done = subprocess.run([*cargo, *files], check=True, capture_output=True, text=True, cwd=Path(__file__).parent)
-    return float(done.stdout)
 
 
 robot = dc.Robot.nominal(
@@ -113,6 +95,4 @@ sigma = np.array([0.5, 0.5, 0.5, 3.5e-3, 3.5e-3, 0.5, 0.5, 0.5])
 made = dc.Robot.from_parameters(parameters + sigma * rng.standard_normal((3, 8)), limits=robot.limits)
 poses = rng.uniform(-0.7, 1.2, (40, 3))
 seen = made.forward(poses) + 0.02 * rng.standard_normal(poses.shape)
-direct = in_rust(robot, poses, seen)
-own, _ = best(20, lambda: dc.calibrate(robot, poses, seen))
-print(f"calibrate, 40 samples: {1000 * own:.1f} ms" + (f", in Rust {1000 * direct:.1f} ms: {own / direct:.2f} times" if direct else ""))
+print(f"calibrate, 40 samples: {1000 * best(20, lambda: dc.calibrate(robot, poses, seen))[0]:.1f} ms")

@@ -77,12 +77,18 @@ fn passed() -> impl Fn() -> [f64; 1] + Sync {
     move || [begin.elapsed().as_secs_f64()]
 }
 
+/// What is calibrated: a robot from samples, or a printer's configuration with files of readings and what is stated of it.
+#[derive(FromPyObject)]
+pub(crate) enum Begin {
+    OfRobot(Py<Robot>, Py<Samples>),
+    OfPrinter(Part, Vec<Part>, String),
+}
+
 /// What a calibration found.
 #[pyfunction]
 pub(crate) fn calibrate<'py>(
     py: Python<'py>,
-    robot: &Robot,
-    samples: &Samples,
+    begin: Begin,
     frame: &str,
     method: Option<&str>,
     robust: bool,
@@ -95,36 +101,22 @@ pub(crate) fn calibrate<'py>(
         frame: word("frame", frame, FRAMES)?,
         of_printer: false,
     };
-    let work = || {
-        let readings = samples.readings(robot, options)?;
-        let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
-        Ok((readings, report))
+    let (file, samples, stated) = match begin {
+        Begin::OfPrinter(file, samples, stated) => (file, samples, stated),
+        Begin::OfRobot(robot, samples) => {
+            let (robot, samples) = (robot.get(), samples.get());
+            let work = || {
+                let readings = samples.readings(robot, options)?;
+                let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
+                Ok((readings, report))
+            };
+            let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
+            let (readings, report) =
+                found.map_err(|error| calibrate_error(&error, samples.arrays_name()))?;
+            return result(py, (robot, samples, &readings), limit, report, None);
+        }
     };
-    let found = with_cores_telling(py, progress.as_ref(), work, passed())?;
-    let (readings, report) =
-        found.map_err(|error| calibrate_error(&error, samples.arrays_name()))?;
-    let begin = (robot, samples, &readings);
-    result(py, begin, limit, report, None)
-}
-
-/// What the calibration of a printer's configuration found.
-#[pyfunction]
-pub(crate) fn calibrate_printer<'py>(
-    py: Python<'py>,
-    file: Part,
-    samples: Vec<Part>,
-    stated: &str,
-    method: Option<&str>,
-    robust: bool,
-    limit: Option<f64>,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let options = Options {
-        method: method.map(|own| word("method", own, METHODS)).transpose()?,
-        robust,
-        ..Options::default()
-    };
-    let (text, firmware, stated) = configuration(file, None, stated)?;
+    let (text, firmware, stated) = configuration(file, None, &stated)?;
     let samples = samples.into_iter().map(|(name, bytes)| {
         InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, None))
     });

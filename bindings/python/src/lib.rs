@@ -7,7 +7,7 @@
 //! lanes        kinematics of many rows at once, in vector instructions
 //! arrays       rows of numbers to arrays; the cores
 //! printer      the files of a printer's configuration
-//! stated       what is stated of a robot
+//! stated       words that stand for one of several values
 //! robot        the class Robot: kinematics of whole arrays
 //! samples      the class Samples: files, or columns of arrays and frames
 //! calibration  `calibrate`, and its report
@@ -39,7 +39,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::calibration::{Report, calibrate, calibrate_printer};
+    use crate::calibration::{Report, calibrate};
     #[pymodule_export]
     use crate::robot::Robot;
     #[pymodule_export]

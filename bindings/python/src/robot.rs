@@ -4,10 +4,9 @@ use crate::arrays::{array, each_row};
 use crate::errors::{input_error, value_error};
 use crate::files::{dict, sha256};
 use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, margin};
-use crate::stated::{Stated, arms_of, limits_of, tolerance_of, with_transmissions};
+use delta_cal::ArmIndex;
 use delta_cal::kinematics::KinematicsError;
-use delta_cal::robot::{Arm, Drive};
-use delta_cal::{ArmIndex, Noise, Robot as Geometry, SymmetricRobot};
+use delta_cal::robot::{Drive, Transmission};
 use delta_cal_host::files::convention::{Convention, Three};
 use delta_cal_host::files::kinematics;
 use delta_cal_host::files::robot_file::Tool;
@@ -74,25 +73,37 @@ impl Robot {
         }
     }
 
-    /// Derivatives of positions by the 24 parameters, row by row, and where there is room by the 15 numbers of transmissions.
+    /// Derivatives of positions by the 24 parameters, row by row, and where there is room by the 15 numbers of transmissions,
+    /// then by the twelve of the arms' rods, to first order, at a point of the platform.
     fn by_parameters<'py, const WIDTH: usize>(
         &self,
         q: &Bound<'py, PyAny>,
+        point: [f64; 3],
         raise: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let (axes, signs) = (convention.axes(), convention.signs());
-        let (numbers, columns) = (convention.transmission([1.0; 5]), WIDTH / 3);
+        let (numbers, of_rods) = (convention.transmission([1.0; 5]), convention.rods([1.0; 4]));
+        let (point, columns) = (convention.vector(&Vector3::from(point)), WIDTH / 3);
+        let rods = self.file.parallelograms.filter(|_| columns > 39);
         self.each::<Exact, WIDTH>(("q", q), &[3, columns], raise, None, |q| {
             let q = convention.directed(q);
             let x = self.pose(&q)?;
             let own = robot.platform_jacobian(&x, &q)?.by_parameters;
             let more = robot.by_transmissions(&x, &q)?;
+            let tilting = rods.map(|own| {
+                let columns = own.columns(robot, (&x, &q), &point);
+                columns.ok_or(KinematicsError::Parallel(ArmIndex::First))
+            });
+            let tilting = tilting.transpose()?;
             Ok(std::array::from_fn(|place| {
                 let (row, column) = (place / columns, place % columns);
-                let own = match column.checked_sub(24) {
-                    None => signs[column % 8] * own[column / 8][(row, column % 8)],
-                    Some(number) => numbers[number % 5] * more[(row, number)],
+                let own = match column {
+                    0..24 => signs[column % 8] * own[column / 8][(row, column % 8)],
+                    24..39 => numbers[(column - 24) % 5] * more[(row, column - 24)],
+                    _ => tilting.map_or(0.0, |own| {
+                        of_rods[(column - 39) % 4] * own[(row, column - 39)]
+                    }),
                 };
                 axes[row] * own
             }))
@@ -136,46 +147,6 @@ enum Target {
 #[pymethods]
 impl Robot {
     #[staticmethod]
-    fn nominal(
-        base_radius: f64,
-        platform_radius: f64,
-        upper_arm: f64,
-        forearm: f64,
-    ) -> PyResult<Self> {
-        let names = "base_radius, platform_radius, upper_arm, forearm";
-        let sheet = SymmetricRobot {
-            base_radius,
-            platform_radius,
-            upper_arm,
-            forearm,
-        };
-        let robot = sheet.robot().map_err(|error| value_error(names, error))?;
-        let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
-        file.platform_radius = Some(platform_radius);
-        Self::of_file(&file, "", names)
-    }
-
-    #[staticmethod]
-    fn of_parameters(parameters: [[f64; 8]; 3], linear: bool) -> PyResult<Self> {
-        let drive = if linear { Drive::Linear } else { Drive::Rotary };
-        let arms = arms_of(&Convention::usual(drive), &parameters);
-        let fault = |error| value_error("parameters", error);
-        let arm = |own: [f64; 8]| match (drive, own) {
-            (Drive::Rotary, own) => Arm::new(own),
-            (Drive::Linear, [a, b, c, d, e, f, _, h]) => Arm::linear([a, b, c, d, e, f, h]),
-        };
-        let [one, two, three] = arms.map(arm);
-        let robot = Geometry::new([
-            one.map_err(fault)?,
-            two.map_err(fault)?,
-            three.map_err(fault)?,
-        ]);
-        let robot = robot.map_err(fault)?;
-        let file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, drive)?);
-        Self::of_file(&file, "", "parameters")
-    }
-
-    #[staticmethod]
     fn of_bytes(name: &str, bytes: &[u8]) -> PyResult<Self> {
         let text = InputText::from_bytes(name, bytes);
         Self::of_text(text.map_err(|error| input_error(&error, None))?)
@@ -197,43 +168,34 @@ impl Robot {
         Self::of_file(&file, "", "convention")
     }
 
-    /// With what is stated in its place.
-    fn replaced(&self, stated: Stated) -> PyResult<Self> {
+    /// With other parameters and transmissions.
+    fn with_arms(
+        &self,
+        parameters: Option<[[f64; 8]; 3]>,
+        transmissions: Option<[[f64; 5]; 3]>,
+    ) -> PyResult<Self> {
         let mut file = self.file.clone();
-        let drive = file.robot.drive();
-        if let Some(parameters) = &stated.parameters {
+        if let Some(parameters) = &parameters {
             let arms = arms_of(&file.convention, parameters);
             let robot = file.robot.with_parameters(arms);
             file.robot = robot.map_err(|error| value_error("parameters", error))?;
         }
-        if let Some(transmissions) = stated.transmissions {
-            file.robot = with_transmissions(&file, transmissions)?;
-        }
-        if let Some([low, high]) = stated.limits {
-            let (low, high) = file.convention.limits(low, high);
-            file.limits = limits_of((low, high), drive)?;
-        }
-        if let Some((position, joint)) = stated.noise {
-            let noise = Noise::by_axis(position, joint);
-            file.noise = Some(noise.map_err(|error| value_error("noise", error))?);
-        }
-        if let Some(tolerance) = stated.tolerance {
-            file.tolerance = Some(tolerance_of(tolerance, &file)?);
-        }
-        if let Some(zero) = stated.zero {
-            if drive == Drive::Linear {
-                return Err(value_error("zero", "the joints of this robot do not turn"));
-            }
-            let Some(tolerance) = file.tolerance else {
-                return Err(value_error("zero", "needs a tolerance as well"));
-            };
-            let with_zero = tolerance.with_joint_zero(zero);
-            file.tolerance = Some(with_zero.map_err(|error| value_error("zero", error))?);
+        if let Some(transmissions) = transmissions {
+            let fault = |error| value_error("transmissions", error);
+            let arms =
+                transmissions.map(|own| Transmission::new(file.convention.transmission(own)));
+            let [one, two, three] = arms.map(|own| own.map_err(fault));
+            let robot = file.robot.with_transmissions([one?, two?, three?]);
+            file.robot = robot.map_err(fault)?;
         }
         if file == self.file {
             return Ok(self.clone());
         }
-        Self::of_file(&file, "", &stated.names)
+        let names = match transmissions {
+            None => "parameters",
+            Some(_) => "parameters, transmissions",
+        };
+        Self::of_file(&file, "", names)
     }
 
     fn text(&self) -> (&str, &str) {
@@ -294,42 +256,19 @@ impl Robot {
         })
     }
 
+    /// With transmissions, and at this point of the platform, mm, with rods as well.
     fn parameter_jacobian<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         transmissions: bool,
+        rods_at: Option<[f64; 3]>,
         strict: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        if transmissions {
-            self.by_parameters::<117>(q, strict)
-        } else {
-            self.by_parameters::<72>(q, strict)
+        match rods_at {
+            Some(point) => self.by_parameters::<153>(q, point, strict),
+            None if transmissions => self.by_parameters::<117>(q, [0.0; 3], strict),
+            None => self.by_parameters::<72>(q, [0.0; 3], strict),
         }
-    }
-
-    /// ∂x/∂n of the twelve numbers of the arms' rods, to first order, at a point of the platform, mm: array (…, 3, 12), mm per
-    /// mm or radian. NaN at singularities; 0 if the spacing of the rods is not stated.
-    fn rods_jacobian<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        point: [f64; 3],
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (convention, robot) = (self.file.convention, &self.file.robot);
-        let (axes, signs) = (convention.axes(), convention.rods([1.0; 4]));
-        let point = convention.vector(&Vector3::from(point));
-        self.each::<Exact, 36>(("q", q), &[3, 12], false, None, |q| {
-            let q = convention.directed(q);
-            let x = self.pose(&q)?;
-            let Some(rods) = &self.file.parallelograms else {
-                return Ok([0.0; 36]);
-            };
-            let columns = rods.columns(robot, (&x, &q), &point);
-            let columns = columns.ok_or(KinematicsError::Parallel(ArmIndex::First))?;
-            Ok(std::array::from_fn(|place| {
-                let (row, column) = (place / 12, place % 12);
-                axes[row] * signs[column % 4] * columns[(row, column)]
-            }))
-        })
     }
 
     /// The columns with `q` joints or `x` positions of a frame, and what converts them.
@@ -403,5 +342,8 @@ pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
         .any(|own| *own < low - margin || *own > high + margin)
 }
 
-/// Limits of a robot before its own are stated.
-const ANY_LIMITS: (f64, f64) = (-1.0, 1.0);
+/// The parameters of three arms, from a convention to the internal axes and back; no zero is negative.
+fn arms_of(convention: &Convention, arms: &[[f64; 8]; 3]) -> [[f64; 8]; 3] {
+    let signs = convention.signs();
+    arms.map(|arm| std::array::from_fn(|place| signs[place] * arm[place] + 0.0))
+}

@@ -157,6 +157,7 @@ impl Samples {
 /// of rows without.
 #[pyfunction]
 pub(crate) fn samples_of_columns(
+    py: Python<'_>,
     robot: &Robot,
     name: &str,
     columns: Vec<(String, Bound<'_, PyAny>)>,
@@ -170,6 +171,7 @@ pub(crate) fn samples_of_columns(
         Ok((name, cells))
     });
     let columns = columns.collect::<PyResult<_>>()?;
+    let text = py.detach(|| InputText::of_columns(name, columns));
     let signs = Matrix3::from_diagonal(&Vector3::from(robot.file.convention.axes()));
     let shapes = match &shapes {
         Some(shapes) => shapes.as_slice()?.as_chunks::<9>().0,
@@ -182,6 +184,6 @@ pub(crate) fn samples_of_columns(
     Ok(Samples {
         in_arrays: true,
         shapes: shapes.collect(),
-        ..Samples::of_input(InputText::of_columns(name, columns))
+        ..Samples::of_input(text)
     })
 }

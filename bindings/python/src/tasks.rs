@@ -66,7 +66,7 @@ pub(crate) fn plan<'py>(
         ..PlanRequest::new(&robot.file, wishes, count)
     };
     if let Some(samples) = samples {
-        return added(py, &request, samples, names);
+        return added(py, &request, samples, names, progress.as_ref());
     }
     let plan = || planning::plan(&request);
     let found = with_cores_telling(py, progress.as_ref(), plan, || steps.counted())?;
@@ -82,6 +82,7 @@ fn added<'py>(
     request: &PlanRequest<'_>,
     samples: &Samples,
     names: Option<&str>,
+    progress: Option<&Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let file = with_cores(py, || Rows::read(&samples.text, request.robot))?;
     let file = file.map_err(|mut error| {
@@ -91,7 +92,9 @@ fn added<'py>(
     let unmeasured = file.unmeasured.iter();
     let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
     let readings = samples.placed(file.readings);
-    let found = with_cores(py, || Determined::by(request, &readings, &unmeasured))?;
+    let determined = || Determined::by(request, &readings, &unmeasured);
+    // Nothing is exchanged.
+    let found = with_cores_telling(py, progress, determined, || [0, 0])?;
     let mut found = found.map_err(plan_error)?;
     found.next = labelled(found.next, names, 1);
     let json = plan_report::samples_json(&found);

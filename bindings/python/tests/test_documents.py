@@ -10,8 +10,11 @@ import inspect
 import os
 import re
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
+import polars as pl
 import pytest
 from conftest import EXAMPLES, ROOT
 
@@ -120,7 +123,8 @@ def called(folder, robot, measured):
     return given, objects, names, of_targets
 
 
-def test_every_example_runs(called):
+def examples(called):
+    """Names, calls and arguments of all examples."""
     given, objects, names, of_targets = called
     for name, function in functions():
         owner, _, own_name = name.rpartition(".")
@@ -129,8 +133,13 @@ def test_every_example_runs(called):
             base = {**given.get(name, {}), **(of_targets if name == "calibrate" and "target" in own else {})}
             # A robot's file, or readings of several kinds, take the place of the arrays.
             arrays = () if isinstance(own.get("robot", names["robot"]), dc.Robot) and not isinstance(own.get("q"), list) else ("q", "x")
-            call = getattr(objects.get(owner, dc), own_name)
-            call(**{key: value for key, value in base.items() if key not in arrays or name != "calibrate"} | own)
+            used = {key: value for key, value in base.items() if key not in arrays or name != "calibrate"} | own
+            yield name, getattr(objects.get(owner, dc), own_name), used
+
+
+def test_every_example_runs(called):
+    for _, call, given in examples(called):
+        call(**given)
 
 
 # What no argument can be but that of a path, and what some cannot.
@@ -163,6 +172,86 @@ def test_every_argument_that_cannot_be_used_is_named(called):
                 if any(value is own for own in NONE_TAKES):
                     unnamed.append(f"{name}({argument}={value!r}) is taken")
     assert not unnamed, "\n".join(unnamed)
+
+
+def with_last(own, last):
+    found = own.astype(object)
+    found.flat[-1] = last
+    return found
+
+
+def first_of(own):
+    return own == own.flat[0]
+
+
+# The same numbers in other forms, NaN where they have no value.
+FORMS = {
+    "columns first": np.asfortranarray,
+    "every other": lambda own: np.repeat(own, 2, axis=-1)[..., ::2],
+    "backwards": lambda own: own[::-1].copy()[::-1],
+    "read-only": lambda own: np.frombuffer(own.tobytes()).reshape(own.shape),
+    "other end first": lambda own: own.astype(">f8"),
+    "128 bits": np.longdouble,
+    "16 bits": np.float16,
+    "whole": lambda own: own.astype("i8"),
+    "rows": tuple,
+    "memory": memoryview,
+    "more dimensions": lambda own: own[None],
+    "one row": lambda own: own[:1],
+    "no row": lambda own: own[:0],
+    "one masked": lambda own: np.ma.masked_array(own, first_of(own), fill_value=5),
+    "all masked": lambda own: np.ma.masked_array(own, True),
+    "one None": lambda own: with_last(own, None),
+    "one infinite": lambda own: np.where(first_of(own), np.inf, own),
+    "an array's method": lambda own: SimpleNamespace(__array__=lambda dtype=None, copy=None: own),
+    "an array's memory": lambda own: SimpleNamespace(__array_interface__=own.__array_interface__),
+    "pandas": lambda own: pd.Series(own.ravel(), range(own.size, 0, -1), "Float64").replace(own.flat[0], pd.NA),
+    "polars": pl.Series,
+}
+NO_NUMBERS = {
+    "set": lambda own: set(own.flat),
+    "generator": iter,
+    "text": lambda own: own.astype(str),
+    "complex": lambda own: own + 0j,
+    "bool": lambda own: own > 0,
+    "fields": lambda own: np.zeros(len(own), "f8,f8"),
+    "ragged": lambda own: [*own.tolist(), [1.0] * 9],
+    "one text": lambda own: with_last(own, "1"),
+    "on a GPU": lambda own: SimpleNamespace(__array__=lambda dtype=None, copy=None: own.nothing),
+}
+
+
+def outcome(call, **given):
+    try:
+        found = call(**given)
+    except (TypeError, ValueError, dc.Refused) as error:
+        return str(error)
+    found = getattr(found, "robot", found)
+    return getattr(found, "fingerprint", found)
+
+
+def test_arrays_of_any_form_are_the_numbers_that_numpy_has(called):
+    seen = set()
+    for name, call, given in examples(called):
+        for argument, own in given.items():
+            try:
+                array = np.array(own, float)
+            except (TypeError, ValueError):
+                continue
+            if array.ndim == 0 or (name, argument, array.shape) in seen:
+                continue
+            seen.add((name, argument, array.shape))
+            known = {}
+            for form, make in FORMS.items():
+                made = make(array)
+                plain = np.ma.filled(made, np.nan) if isinstance(made, np.ma.MaskedArray) else np.array(made, float)
+                key = plain.tobytes(), plain.shape
+                known[key] = known[key] if key in known else outcome(call, **{**given, argument: plain})
+                np.testing.assert_equal(outcome(call, **{**given, argument: made}), known[key], f"{name}, {argument}, {form}")
+            for form, make in NO_NUMBERS.items():
+                error = str(outcome(call, **{**given, argument: make(array)}))
+                assert re.match(f"{argument}: ", error), f"{name}, {argument}, {form}"
+    assert len(seen) > 20
 
 
 def test_the_example_of_a_docstring_is_right():

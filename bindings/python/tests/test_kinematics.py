@@ -129,16 +129,11 @@ def test_any_joints_have_a_pose_or_nan(q):
 def test_one_pose_any_layout_and_any_type():
     one = ROBOT.forward(Q)
     np.testing.assert_allclose(ROBOT.forward(Q[3]), one[3], rtol=1e-12)
-    np.testing.assert_array_equal(ROBOT.forward(Q.tolist()), one)
-    np.testing.assert_array_equal(ROBOT.forward(np.asfortranarray(Q)), one)
-    np.testing.assert_array_equal(ROBOT.forward(Q[::-1])[::-1], one)
     assert ROBOT.forward([[0, 0, 1]]).shape == (1, 3)
     assert ROBOT.parameter_jacobian(Q[0]).shape == (3, 24)
     assert ROBOT.forward(np.empty((0, 3))).shape == (0, 3)
     np.testing.assert_array_equal(ROBOT.forward(Q.reshape(5, 10, 10, 3)), one.reshape(5, 10, 10, 3))
     assert ROBOT.jacobian(Q.reshape(50, 10, 3)).shape == (50, 10, 3, 3)
-    masked = np.ma.masked_array(Q, np.arange(1500).reshape(500, 3) == 4)
-    assert np.isnan(ROBOT.forward(masked)[1]).all() and np.isfinite(ROBOT.forward(masked)[2:]).all()
 
 
 def test_rows_of_many_threads_have_the_bits_of_one():
@@ -163,11 +158,8 @@ def test_frames_by_the_names_of_their_columns(frame):
     ("call", "message"),
     [
         (lambda: ROBOT.forward([[1, 2]]), r"q: shape \(1, 2\)"),
-        (lambda: ROBOT.forward(0.1), r"q: shape \(\)"),
-        (lambda: ROBOT.forward([["a", "b", "c"]]), "q: dtype"),
-        (lambda: ROBOT.forward(np.zeros((1, 3), complex)), "q: dtype complex"),
-        (lambda: ROBOT.forward([[1, 2], [3]]), "q: "),
-        (lambda: ROBOT.forward(None), "q: dtype object"),
+        (lambda: ROBOT.forward([[0.1, "0.2", pd.NA]]), r"q: \[0, 1\]: str; a number"),
+        (lambda: ROBOT.forward(None), "q: NoneType"),
         (lambda: ROBOT.forward(pd.DataFrame(Q)), "q: needs columns"),
         (lambda: ROBOT.forward([[0.1, 0.2, 30]]), "q: row 0 holds 30, more than a turn"),
         (lambda: ROBOT.forward([[0, 0, 0], [0, 0, 2]], errors="raise"), "q: row 1: a joint is outside its limits"),
@@ -176,13 +168,11 @@ def test_frames_by_the_names_of_their_columns(frame):
         (lambda: ROBOT.inverse([[0, np.nan, -400]], errors="raise"), "x: row 0: "),
         (lambda: dc.Robot.from_parameters(np.zeros((3, 7)), limits=(-1, 1)), "parameters: shape"),
         (lambda: dc.Robot.from_parameters(np.zeros((3, 8)), limits=(-1, 1)), "parameters: "),
-        (lambda: ROBOT.replace(noise=(0.02,)), "noise: "),
+        (lambda: ROBOT.replace(noise={0.02, 1e-5}), r"noise: \(position, joint\)"),
         (lambda: ROBOT.replace(noise=(-1.0, 1.0)), "noise: "),
         (lambda: ROBOT.replace(tolerance=(0.5, 0.0)), "tolerance: "),
         (lambda: ROBOT.replace(tolerance=(0.5, 0.2)), "tolerance: .*radians"),
         (lambda: ROBOT.replace(noise=(0.02, 0.5)), "noise: .*radians"),
-        (lambda: dc.Robot.from_parameters(ROBOT.parameters, limits=None), "limits: None"),
-        (lambda: dc.Robot.read(3), "path: .*int"),
         (lambda: ROBOT.replace(limits=[1, 2, 3]), "limits: .*, not 3 numbers"),
         (lambda: ROBOT.replace(target=-40), "target: a dict"),
         (lambda: ROBOT.replace(target={"height": 1}), "height"),
@@ -206,9 +196,7 @@ def test_a_fault_names_its_argument(call, message):
         ({"limits": (1.57, -1.05)}, "limits: .*radians"),
         ({"limits": (-60, 90)}, "limits: .*radians"),
         ({"limits": None}, "limits: None"),
-        ({"upper_arm": "long"}, "upper_arm: str; a number"),
         ({"forearm": 10}, "^base_radius, .*forearm: .*impossible"),
-        ({"base_radius": 1e300}, "base_radius: 1e.300; a length"),
     ],
 )
 def test_a_data_sheet_that_cannot_be(change, message):
@@ -218,14 +206,18 @@ def test_a_data_sheet_that_cannot_be(change, message):
 
 
 def test_sections_are_those_of_the_file():
-    robot = ROBOT.replace(target={"x_mm": 0, "y_mm": 0, "z_mm": -40}, noise={"height_mm": 0.02, "joint_deg": 0.01}, convention={"z_axis": "down"})
+    made = ROBOT.replace(parameters=ROBOT.parameters + np.random.default_rng(3).uniform(-0.1, 0.1, (3, 8)))
+    np.testing.assert_array_equal(made.replace(target={"x_mm": 0.1, "y_mm": 0, "z_mm": 0}).parameters, made.parameters)
+    stated = ROBOT.replace(noise={"height_mm": 0.02, "joint_deg": 0.01})
+    robot = stated.replace(target={"x_mm": 0, "y_mm": 0, "z_mm": -40}, convention={"z_axis": "down"})
     assert robot.to_dict()["target"]["z_mm"] == -40
-    assert ROBOT.replace(target={"x_mm": np.int64(0), "y_mm": 0, "z_mm": np.float32(-40)}).to_dict()["target"]["z_mm"] == -40
+    assert ROBOT.replace(target={"x_mm": np.int64(0), "y_mm": np.array(0.0), "z_mm": np.longdouble(-40)}).to_dict()["target"]["z_mm"] == -40
     # The same robot, counted in another way.
     np.testing.assert_allclose(robot.forward(Q), ROBOT.forward(Q) * [1, -1, -1])
-    assert "target" not in robot.replace(target=None).to_dict()
+    assert robot.replace(target=None, convention=None) == stated != robot
     sheet = {"base_radius": 194, "platform_radius": 30, "upper_arm": 260, "forearm": 480}
-    stated = dc.Robot.nominal(**sheet, limits=np.array([-1.57, 1.05]), convention={"joint_positive": "up"})
+    stated = dc.Robot.nominal(**sheet, limits=np.array([-1.57, 1.05]), convention={"joint_positive": "up"}, joints={"forearm_max_deg": 45})
+    assert stated.to_dict()["joints"]["forearm_max_deg"] == 45
     np.testing.assert_allclose(stated.forward(-Q), ROBOT.forward(Q))
     assert dc.Robot.from_toml(robot.to_toml()) == robot
     assert ROBOT.replace(noise=((0.01, 0.02, 0.03), 1e-5)).noise == ((0.01, 0.02, 0.03), pytest.approx(1e-5))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import pickle
 
 import numpy as np
 import pytest
@@ -29,9 +27,6 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
     assert plan._repr_html_().startswith("<pre>") and "<table>" in robot._repr_html_()
     assert plan.expected_error["relative_rms_mm"] > 0 and "12" in repr(plan) and "\n" not in repr(plan)
     assert (dc.plan(robot, 12, seed=2).q != dc.plan(robot, 12).q).any() and "P01" in dc.plan(robot, 10, names="P").csv
-    with pytest.raises(ValueError, match="read-only"):
-        plan.q[0] = 99
-    assert pickle.loads(pickle.dumps(plan)) == plan
     plan.write(tmp_path / "poses.csv")
     assert dc.read_samples(tmp_path / "poses.csv").text == plan.csv
     few = dc.plan(robot, accuracy=0.05)
@@ -64,23 +59,14 @@ def test_a_plan_that_cannot_be(options, message, robot):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda robot: dc.plan("robot.toml", 20), "robot: str"),
-        (lambda robot: dc.plan(robot, 20, within={"r": 200}), "within: dict"),
-        (lambda robot: dc.plan(robot, accuracy="fine"), "accuracy: str; a number"),
-        (lambda robot: dc.calibrate(robot, [[0, 0, 0]], [[0, 0, -400]], method=3), "method: int"),
-        (lambda robot: dc.validate(robot, [[0, 0, 0]], [[0, 0, -400]], limit="0.1"), "limit: str"),
-        (lambda robot: dc.export(robot, "klipper", home=3), r"home: \(q1, q2, q3\) is needed"),
         (lambda robot: dc.plan(robot, samples=[[0, 0, 0]]), "samples: list; a file, a frame"),
-        (lambda robot: dc.export(robot, "klipper", home="top"), "home: dtype"),
+        (lambda robot: dc.export(robot, "klipper", home=3), r"home: \(q1, q2, q3\) is needed"),
         (lambda robot: dc.export(robot, "klipper", home=(-50, -50, -50)), "home: .*radians"),
         (lambda robot: dc.export(robot, "correction-table", limit=0.0), "limit: 0; a length above 0"),
-        (lambda robot: dc.validate(robot, [[0, 0, 0]], [[0, 0, -400]], limit=None), "limit: NoneType"),
-        (lambda robot: dc.workspace(robot, tolerance="fine"), "tolerance: str"),
         (lambda robot: dc.compare(robot, "robot.toml"), "after: str"),
-        (lambda robot: dc.simulate(robot, method=1), "method: int"),
     ],
 )
-def test_an_argument_of_another_type_is_named(call, message, robot):
+def test_an_argument_that_cannot_be(call, message, robot):
     with pytest.raises((ValueError, TypeError), match=f"^{message}"):
         call(robot)
 
@@ -95,13 +81,12 @@ def test_from_a_data_sheet_to_a_validated_robot(robot, measured, tmp_path):
     assert found.passed and found.verdict == "pass" and found.interval[1] < 0.1
     off = np.linalg.norm(seen - result.robot.forward(check), axis=1)
     np.testing.assert_allclose(found.deviations, off, atol=1e-9)
-    assert not found.deviations.flags.writeable and "<iframe" in found._repr_html_()
+    assert "<iframe" in found._repr_html_()
     failed = dc.validate(robot, check, seen, limit=0.1)
     assert failed.verdict == "fail" and found and not failed
     for ending in ("html", "json", "txt"):
         found.write(tmp_path / f"certificate.{ending}")
     assert json.loads((tmp_path / "certificate.json").read_text()) == found.to_dict()
-    assert pickle.loads(pickle.dumps(found)) == found
     # The very samples of the calibration prove nothing.
     with pytest.raises(ValueError, match="calibrated from the same measurements"):
         dc.validate(result.robot, q, x, limit=0.1)
@@ -127,7 +112,6 @@ def test_a_printer_is_imported_and_calibrated():
     assert found.robot.drive == "linear" and len(found.home) == 3
     assert found.samples is not None
     assert dc.calibrate(found.robot, found.samples).method == "fkm"
-    assert dataclasses.is_dataclass(found) and pickle.loads(pickle.dumps(found)) == found
     with pytest.raises(ValueError, match="firmware: "):
         dc.import_(EXAMPLES / "printer" / "printer.cfg", "smoothie")
 
@@ -181,6 +165,19 @@ def test_progress_is_told(robot):
     dc.calibrate(robot, q, robot.forward(q), progress=waited.append)
     assert len(waited) > 3 and waited[0] < 1
     dc.plan(robot, 8, progress=True)
+
+    def stop(*_):
+        raise LookupError
+
+    for call in (
+        lambda: dc.simulate(robot, progress=stop),
+        lambda: dc.plan(robot, 8, progress=stop),
+        lambda: dc.plan(robot, 8, samples={"q": q[:9], "x": robot.forward(q[:9])}, progress=stop),
+        lambda: dc.calibrate(robot, q[:99], robot.forward(q[:99]), progress=stop),
+        lambda: dc.calibrate(EXAMPLES / "printer" / "printer.cfg", progress=stop),
+    ):
+        with pytest.raises(LookupError):
+            call()
 
 
 def test_what_to_add_to_samples(robot, measured, tmp_path):

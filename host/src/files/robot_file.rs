@@ -10,7 +10,7 @@ use crate::text::joint;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::{JointLimits, KinematicsError};
 use delta_cal::robot::{Drive, TransmissionTolerance};
-use delta_cal::{ArmIndex, Noise, Parameter, Robot, SettingError, Tolerance};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -328,30 +328,18 @@ pub(crate) type Tooled<'a> = (&'a Robot<f64>, &'a Tool);
 
 /// The tolerance with every σ multiplied by `factor`.
 pub(crate) fn scaled(tolerance: &Tolerance<f64>, factor: f64) -> Option<Tolerance<f64>> {
-    let kinds = [tolerance.length(), tolerance.angle()].map(|own| factor * own);
-    with_kinds(tolerance, kinds, factor).ok()
-}
-
-/// The tolerance with these σ of lengths and angles, and every other one multiplied by `factor`.
-///
-/// # Errors
-/// σ that are not positive, or too small or large to be squared.
-pub fn with_kinds(
-    tolerance: &Tolerance<f64>,
-    [length, angle]: [f64; 2],
-    factor: f64,
-) -> Result<Tolerance<f64>, SettingError> {
-    let mut own = Tolerance::new(length, angle)?
-        .with_radius(factor * tolerance.radius())?
-        .with_forearm(factor * tolerance.forearm())?;
+    let kinds = Tolerance::new(factor * tolerance.length(), factor * tolerance.angle());
+    let radius = kinds.and_then(|own| own.with_radius(factor * tolerance.radius()));
+    let forearm = radius.and_then(|own| own.with_forearm(factor * tolerance.forearm()));
+    let mut own = forearm.ok()?;
     for parameter in Parameter::ROTARY {
         if let Some(sigma) = tolerance.single(parameter) {
-            own = own.with(parameter, factor * sigma)?;
+            own = own.with(parameter, factor * sigma).ok()?;
         }
     }
     match tolerance.joint_zero() {
-        Some(zero) => own.with_joint_zero(factor * zero),
-        None => Ok(own),
+        Some(zero) => own.with_joint_zero(factor * zero).ok(),
+        None => Some(own),
     }
 }
 

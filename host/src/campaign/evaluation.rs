@@ -4,6 +4,7 @@ use crate::accuracy::information::{ARM, PARAMETERS, is_empty, units};
 use crate::accuracy::uncertainty::jacobian;
 use crate::files::robot_file::Tool;
 use crate::fit::{Closure, Method};
+use crate::halt;
 use delta_cal::calibration::{TolerancePrior, Triangle};
 use delta_cal::{ArmIndex, Noise, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
@@ -35,13 +36,13 @@ pub(super) fn bound(
             Method::Ikm => closure_rows(truth, &pose, noise),
             Method::Joint | Method::Fkm => position_rows(truth, &pose, noise)?,
         });
+        if rows.len() > AT_ONCE {
+            halt::check();
+            let sum = triangle(&rows);
+            rows = sum.row_iter().map(|row| row.transpose()).collect();
+        }
     }
-    let rows = DMatrix::from_fn(rows.len(), PARAMETERS, |row, column| rows[row][column]);
-    let triangle = rows
-        .qr()
-        .r()
-        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
-        .into_owned();
+    let triangle = triangle(&rows);
     let inverse =
         triangle.solve_upper_triangular(&SMatrix::<f64, PARAMETERS, PARAMETERS>::identity())?;
     let mut covariance = inverse * inverse.transpose();
@@ -54,6 +55,18 @@ pub(super) fn bound(
 
 /// A row g of the information Σ gᵀg, each parameter in its unit.
 type Row = SVector<f64, PARAMETERS>;
+
+/// Rows that are reduced together.
+const AT_ONCE: usize = 10_000;
+
+/// R of rows, with the same information.
+fn triangle(rows: &[Row]) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    let rows = DMatrix::from_fn(rows.len(), PARAMETERS, |row, column| rows[row][column]);
+    rows.qr()
+        .r()
+        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
+        .into_owned()
+}
 
 /// The rows U of the tolerance's information, |U δ|².
 fn rows_of_prior(truth: &Robot<f64>, tolerance: Option<&Tolerance<f64>>) -> Vec<Row> {

@@ -18,7 +18,7 @@ const EXPLAINED: f64 = 1.3;
 const MOSTLY: f64 = 3.0;
 /// What leaves more than this many times the noise explains nothing.
 const FAR_OFF: f64 = 100.0;
-/// A step that chance shows so often is none: a robot far beyond its tolerance leaves residuals of any shape.
+/// A step that chance shows so often is none. A robot far beyond its tolerance leaves residuals of any shape.
 const BY_CHANCE: f64 = 1e-3;
 
 /// Errors outside the model that the residuals reveal.
@@ -316,7 +316,7 @@ impl Found {
         let own = cause(case, self, best, first, frame)?;
         let [arm, ..] = case.robot.robot.arms();
         let is_rounding = best.solution.levels.position.position() < COMPUTED * arm.lb();
-        let is_shown = own.p < BY_CHANCE && best.is_in_residuals(&self.base);
+        let is_shown = own.p < BY_CHANCE && best.is_plausible() && best.is_in_residuals(&self.base);
         (is_shown && !is_rounding).then_some(Step {
             row: first.index,
             line: own.line?,

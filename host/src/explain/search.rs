@@ -84,6 +84,11 @@ impl Fitted {
         self.squares > EXPLAINED * self.freedom
     }
 
+    /// Whether the robot may have been made to its tolerance.
+    pub(super) fn is_plausible(&self) -> bool {
+        self.prior < PLAUSIBLE
+    }
+
     /// Whether what it adds is a wrong number of the robot file, which the prior alone may show.
     fn is_number(&self) -> bool {
         let last = self.hypothesis.effects.last();
@@ -198,7 +203,7 @@ pub(super) fn explains(changed: &Case<'_>, found: Option<&Found>) -> Option<f64>
     let own = Search::of(changed).fitted(Hypothesis::default())?;
     let score = own.score(1.0);
     let better = found.is_none_or(|before| score + CLEARLY < before.base.score(1.0));
-    let plausible = own.prior < PLAUSIBLE && !own.contradicts();
+    let plausible = own.is_plausible() && !own.contradicts();
     (plausible && better).then_some(score)
 }
 

@@ -11,7 +11,7 @@ use delta_cal_host::validation::{Request, Verdict, validate};
 use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, calibrate};
 use delta_cal_tests::size;
 use nalgebra::{Rotation3, Vector3};
-use rand_core::SeedableRng;
+use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,10 +123,12 @@ impl Case {
 
     /// The robot file before a calibration, and readings that name its instruments.
     fn file(self, rng: &mut Pcg32) -> (RobotFile, Readings) {
+        let mut mounting = Pcg32::seed_from_u64(rng.clone().next_u64());
         let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(rng);
         let mut file = rotary(true).remove(0);
         let mut readings = Readings::of_name("samples.csv");
-        let targets = TARGETS.map(Vector3::from);
+        let mut off = |own: f64| own + SIGMA * standard_normal::<f64, _>(&mut mounting);
+        let targets = TARGETS.map(|own| Vector3::from(own.map(&mut off)));
         mount(&mut file, &mut readings, &targets[..self.targets], SIGMA);
         file.noise = (!self.weighted).then(|| Noise::new(SIGMA, JOINT).unwrap());
         let facts = &mut file.instruments;
@@ -189,8 +191,8 @@ impl Case {
             };
             // Each is read as often with either σ.
             let target = index / 2 % self.targets.max(1);
-            let place = file.instruments.targets.get(target);
-            let touched = pose.position + place.map_or_else(Vector3::zeros, |own| own.place);
+            let place = TARGETS[..self.targets].get(target).copied();
+            let touched = pose.position + place.map_or_else(Vector3::zeros, Vector3::from);
             let mut row = Reading::at(
                 pose.joints
                     .map(|q| q + JOINT * standard_normal::<f64, _>(rng)),
@@ -310,6 +312,9 @@ fn agreed(cases: &[(u64, Case)]) -> [[f64; 2]; 2] {
             sensor_frame: Some(sensor()),
             ..file
         };
+        for (own, place) in right.instruments.targets.iter_mut().zip(TARGETS) {
+            own.place = place.into();
+        }
         let found = validate(&right, &readings, request);
         let found = found.unwrap_or_else(|why| panic!("{case:?}: {why}"));
         assert_eq!(found.verdict, Verdict::Pass, "{case:?}: {found:?}");

@@ -8,7 +8,7 @@ use delta_cal_host::validation::{Request, Verdict, validate};
 use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::size;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector2, Vector3};
 
 const ROWS: usize = 31;
 
@@ -566,7 +566,7 @@ fn an_uneven_plate_is_named_and_its_unevenness_can_be_stated() {
         let touched = readings.rows.iter();
         let touched = touched.map(|row| truth.forward(&row.value.joints).unwrap().xy());
         let touched: Vec<_> = touched.collect();
-        let radius = touched.iter().map(|own| own.norm()).fold(0.0, f64::max);
+        let radius = touched.iter().map(Vector2::norm).fold(0.0, f64::max);
         for (row, at) in readings.rows.iter_mut().zip(touched) {
             let wave = 2.0_f64.sqrt() * (4.0 * (at.x + 0.5 * at.y) / radius + 1.0).cos();
             row.value.height = row

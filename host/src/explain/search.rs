@@ -3,7 +3,7 @@
 use super::scan::{Gain, Hypothesis, Scan};
 use crate::effects::{Effect, EffectKind, Estimated};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Readings};
+use crate::files::samples_file::{Kind, Reading, Readings, Row};
 use crate::fit::solution::Levels;
 use crate::fit::{Case, Frame, Options, Solution, solve_with};
 use crate::geometry::Directions;
@@ -44,6 +44,8 @@ const SETTLED: std::ops::Range<f64> = 0.9..1.1;
 const NARROWINGS: u32 = 8;
 /// χ² of the parameters within their tolerance, at most: of 24, one in a thousand has more.
 const PLAUSIBLE: f64 = 51.0;
+/// Touches that show a surface's shape, for each of its waves.
+const TOUCHES_FOR_EACH: usize = 2;
 /// Rows on either side of a move.
 const LEAST_ROWS: usize = 2;
 
@@ -601,9 +603,13 @@ impl<'a> Search<'a> {
         let throughout = |effects: &[Effect]| scan.throughout(effects);
         let stated = &self.case.robot.instruments;
         let common = stated.oversize.is_none().then_some(EffectKind::Oversize);
-        // Several planes have a shape each.
-        let one = stated.bed.is_none() && self.case.readings.planes.len() == 1;
-        let uneven = one.then_some(EffectKind::Bed);
+        // Several planes have a shape each, and that of a printer's bed is stated.
+        let readings = self.case.readings;
+        let one = readings.planes.len() == 1 && stated.bed.is_none() && !self.options.of_printer;
+        let touched = |row: &&Row<Reading>| row.value.kind() == Some(Kind::Height);
+        let touches = readings.rows.iter().filter(touched).count();
+        let shown = one && touches >= TOUCHES_FOR_EACH * EffectKind::Bed.unknowns();
+        let uneven = shown.then_some(EffectKind::Bed);
         for kind in EffectKind::all(drive).chain(common).chain(uneven) {
             let gains = match kind {
                 EffectKind::Backlash => sets()

@@ -10,7 +10,7 @@ use crate::fit::solution::{OF_ROBOT, PARAMETERS};
 use crate::fit::{Frame, Solution};
 use delta_cal::robot::{Parameter, ParameterKind};
 use delta_cal::{Robot, Sample, Tolerance};
-use nalgebra::{DMatrix, DVector, Dyn, Matrix3, OMatrix, SMatrix, U3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, MatrixXx3, SMatrix, Vector3};
 use serde::Serialize;
 
 /// Degrees of freedom of the robot's place in space.
@@ -141,13 +141,13 @@ pub(crate) fn next_poses(
     let mut found = Vec::new();
     for _ in 0..PROPOSED {
         // C Aᵀ and (A C Aᵀ + N)⁻¹.
-        let shared = |(_, rows, noise): &Measured| {
+        let updating = |(_, rows, noise): &Measured| {
             let shared = &covariance * rows;
             let inverse = (rows.tr_mul(&shared) + noise).try_inverse()?;
             Some((shared, inverse))
         };
         let gain = |measured: &Measured| {
-            let (shared, inverse) = shared(measured)?;
+            let (shared, inverse) = updating(measured)?;
             let robots = SMatrix::<f64, OF_ROBOT, 3>::from_fn(|own, axis| {
                 places[own].map_or(0.0, |place| shared[(place, axis)])
             });
@@ -155,7 +155,7 @@ pub(crate) fn next_poses(
         };
         let gains = all.iter().filter_map(|own| Some((gain(own)?, own)));
         let best = gains.max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((best, (shared, inverse))) = best.and_then(|(_, own)| Some((own, shared(own)?)))
+        let Some((best, (shared, inverse))) = best.and_then(|(_, own)| Some((own, updating(own)?)))
         else {
             break;
         };
@@ -169,7 +169,7 @@ pub(crate) fn next_poses(
 }
 
 /// Joints, Aᵀ and N of a pose.
-type Measured = ([f64; 3], OMatrix<f64, Dyn, U3>, Matrix3<f64>);
+type Measured = ([f64; 3], MatrixXx3<f64>, Matrix3<f64>);
 
 fn measured(
     solution: &Solution,
@@ -182,7 +182,7 @@ fn measured(
         .places
         .frame
         .map_or_else(Matrix3::identity, |own| own.rotation);
-    let mut rows = OMatrix::<f64, Dyn, U3>::zeros(solution.covariance.nrows());
+    let mut rows = MatrixXx3::zeros(solution.covariance.nrows());
     rows.rows_mut(0, PARAMETERS)
         .copy_from(&(turn * jacobian.fixed_columns::<PARAMETERS>(0)).transpose());
     if solution.frame == Frame::Sensor {

@@ -3,21 +3,24 @@
 pub mod credibility;
 pub mod known;
 
+use crate::accuracy::expanded::Spread;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
-use crate::accuracy::uncertainty::{ExpectedError, Sensitivities, WorkspacePoses, jacobian};
+use crate::accuracy::uncertainty::{
+    ExpectedError, Throughout, Weights, WorkspacePoses, jacobian, weights,
+};
 use crate::effects::Places;
 use crate::explain::{Causes, Found};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
-use crate::fit::solution::{COMPUTED, OF_ROBOT};
+use crate::fit::solution::{COMPUTED, OF_ROBOT, PARAMETERS};
 use crate::fit::{Case, Solution, Unsolved, solve};
 use credibility::{NoiseTest, NoiseVerdict, PriorTest, SMALL, ToleranceTest};
 use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use known::Known;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 
 /// A noise below this fraction of the stated one indicates another unit.
 const FAR_OFF: f64 = 0.05;
@@ -37,6 +40,8 @@ pub(crate) struct Judged {
     pub(crate) solution: Solution,
     /// Of the calibrated robot.
     pub(crate) poses: WorkspacePoses,
+    /// Over the poses inside; `None` if they do not determine a rigid motion.
+    pub(crate) weights: Option<Weights>,
     pub(crate) widening: f64,
     pub(crate) noise: Vec<NoiseTest>,
     pub(crate) causes: Causes,
@@ -49,13 +54,16 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    /// The expected error of the calibrated robot, `None` if no pose is clear of singularities, and what is known of it.
-    pub(crate) fn expected(&self) -> (Option<ExpectedError>, Known) {
+    /// The expected error of the calibrated robot and its spread, `None` if no pose is clear of singularities, and what is
+    /// known of it.
+    pub(crate) fn expected(&self) -> (Option<(ExpectedError, Spread)>, Known) {
         let (robot, solution) = (&self.robot, &self.solution);
         let covariance = solution.of_robot();
-        let (reach, tool) = (robot.reach(), robot.tool());
-        let at = (&solution.robot, &tool);
-        let expected = ExpectedError::at(at, &covariance, &reach, &self.poses, |_| true);
+        let found = if solution.is_of_parameters() {
+            self.over::<PARAMETERS>(&solution.of_parameters())
+        } else {
+            self.over::<OF_ROBOT>(&covariance)
+        };
         let before =
             prior(robot).and_then(|prior| ExpectedError::of_robot(robot, &robot.robot, &prior));
         let tolerance = robot.tolerance.as_ref();
@@ -67,9 +75,29 @@ impl Judged {
             tolerance,
             &solution.of_parameters(),
             before.as_ref(),
-            expected.as_ref(),
+            found.as_ref().map(|(expected, _)| expected),
         );
-        (expected, known)
+        (found, known)
+    }
+
+    fn over<const P: usize>(
+        &self,
+        covariance: &SMatrix<f64, P, P>,
+    ) -> Option<(ExpectedError, Spread)> {
+        let (solution, reach, tool) = (&self.solution, self.robot.reach(), self.robot.tool());
+        let tooled = (&solution.robot, &tool);
+        let there = Throughout::of(tooled, &self.poses.inside)?;
+        let edge = (&reach, &self.poses.edge[..]);
+        let expected = ExpectedError::over(&there, tooled, covariance, edge, |_| true)?;
+        let of = if solution.is_absolute() {
+            &there.absolute
+        } else {
+            &there.relative
+        };
+        Some((
+            expected,
+            Spread::of(of, covariance, solution.estimated_freedom()),
+        ))
     }
 }
 
@@ -167,6 +195,8 @@ fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
     }
     let reach = robot.reach();
     let poses = WorkspacePoses::of(&solution.robot, &reach);
+    let tooled = (&solution.robot, &robot.tool());
+    let weights = weights(tooled, &poses.inside, !solution.is_of_parameters());
     let causes = found.map_or_else(Causes::default, |found| {
         Causes::of(case, found, &solution, &poses.inside)
     });
@@ -174,7 +204,7 @@ fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
         .fold(1.0, f64::max);
-    let widening = by_noise.hypot(by_causes(robot, &solution, &causes, &poses));
+    let widening = by_noise.hypot(by_causes(&solution, &causes, weights.as_ref()));
     let solution = solution.widened(widening);
     let solution = displaced(robot, solution, &causes);
     let errors = errors(case, &solution);
@@ -184,7 +214,9 @@ fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
     contradiction(case, &solution, error, prior_test, &noise)?;
     let before = &case.before.robot;
     let positions = case.readings.holds(Kind::Position);
-    let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &poses.inside);
+    let mut workspace = weights.as_ref().and_then(|weights| {
+        WorkspaceComparison::of(before, &solution, tolerance, &poses.inside, weights)
+    });
     if let Some(own) = &mut workspace {
         if case.options.of_printer {
             own.chance_of_harm = None;
@@ -201,6 +233,7 @@ fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
         robot: robot.clone(),
         solution,
         poses,
+        weights,
         widening,
         noise,
         causes,
@@ -215,21 +248,13 @@ fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
 }
 
 /// The error of relative positions due to the causes, in the readings' part of σ of these.
-fn by_causes(
-    robot: &RobotFile,
-    solution: &Solution,
-    causes: &Causes,
-    poses: &WorkspacePoses,
-) -> f64 {
+fn by_causes(solution: &Solution, causes: &Causes, weights: Option<&Weights>) -> f64 {
     if causes.found.is_empty() {
         return 0.0;
     }
-    let inside = poses.inside.iter().copied();
-    let inside = Sensitivities::<OF_ROBOT>::of(&solution.robot, &robot.tool(), inside);
-    inside.relative().map_or(0.0, |own| {
+    weights.map_or(0.0, |[_, relative]| {
         let covariance = solution.robots(&solution.of_readings);
-        let sigma = own.mean_square().component_mul(&covariance).sum().sqrt();
-        causes.relative_error / sigma
+        causes.relative_error / relative.component_mul(&covariance).sum().sqrt()
     })
 }
 

@@ -9,7 +9,7 @@
 //! noise is widened by after it counts for the readings.
 
 use super::quantiles::median;
-use super::uncertainty::Sensitivities;
+use super::uncertainty::{Sensitivities, Weights};
 use crate::effects::{At, Course, Effect, EffectKind, Estimated, Platform};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS};
@@ -50,30 +50,21 @@ pub struct Contribution {
     pub without_relative_mm: Option<f64>,
 }
 
-/// The budget over these poses, largest contribution to the absolute error first; to the relative error if the robot's
-/// place is not measured. Empty if the poses do not determine a rigid motion.
+/// The budget over the poses of these weights, largest contribution to the absolute error first; to the relative error if
+/// the robot's place is not measured.
 pub(crate) fn budget(
     solution: &Solution,
     robot: &RobotFile,
-    poses: &[Sample<f64>],
+    [absolute, relative]: &Weights,
 ) -> Vec<Contribution> {
     let estimated = solution.estimated_freedom().is_some();
     let mut datum = robot.instruments.datum.iter();
     let of_misfit = datum.any(|own| own.sigma.is_none());
-    let inside =
-        Sensitivities::<OF_ROBOT>::of(&solution.robot, &robot.tool(), poses.iter().copied());
-    let Some(relative) = inside.relative() else {
-        return Vec::new();
-    };
-    let (absolute, relative) = (
-        Box::new(inside.mean_square()),
-        Box::new(relative.mean_square()),
-    );
     let covariance = &solution.covariance;
     let own = solution.robot_unknowns();
     let mean = |part: &DMatrix<f64>| {
         let part = solution.robots(part);
-        [&absolute, &relative].map(|weights| weights.dot(&part).max(0.0))
+        [absolute, relative].map(|weights| weights.dot(&part).max(0.0))
     };
     let total = mean(covariance);
     let of_fit = solution.covariance_of_fit();

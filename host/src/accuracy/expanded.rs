@@ -7,10 +7,8 @@
 
 use super::quantiles::noise_levels;
 use super::uncertainty::Sensitivities;
-use crate::files::robot_file::Tool;
-use crate::fit::solution::{OF_ROBOT, Solution};
 use delta_cal::Sample;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// The probability that the error is within the expanded uncertainty.
@@ -32,26 +30,22 @@ pub(crate) struct Spread {
 }
 
 impl Spread {
-    /// In the frame of the base, or after the best rigid motion. `None` if the poses determine none.
-    pub(crate) fn of(
-        solution: &Solution,
-        tool: &Tool,
-        poses: &[Sample<f64>],
-        absolute: bool,
-    ) -> Option<Self> {
-        let step = poses.len().div_ceil(MIXED).max(1);
-        let all = Sensitivities::<OF_ROBOT>::of(&solution.robot, tool, poses.iter().copied());
-        let all = if absolute { all } else { all.relative()? };
-        let covariance = solution.of_robot();
-        let some = all.0.into_iter().step_by(step);
+    /// Of positions with these J, and the covariance of the same unknowns.
+    pub(crate) fn of<const P: usize>(
+        all: &Sensitivities<P>,
+        covariance: &SMatrix<f64, P, P>,
+        freedom: Option<f64>,
+    ) -> Self {
+        let step = all.0.len().div_ceil(MIXED).max(1);
+        let some = all.0.iter().step_by(step);
         let (poses, covariances) = some
-            .map(|(pose, jacobian)| (pose, jacobian * covariance * jacobian.transpose()))
+            .map(|(pose, jacobian)| (*pose, jacobian * covariance * jacobian.transpose()))
             .unzip();
-        Some(Self {
+        Self {
             poses,
             covariances,
-            freedom: solution.estimated_freedom(),
-        })
+            freedom,
+        }
     }
 
     /// σ of x, y and z and of the length, rms over the workspace and at the worst pose, mm.

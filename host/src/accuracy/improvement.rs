@@ -14,9 +14,9 @@
 
 use super::information::{differences, prior_covariance, units};
 use super::quantiles::noise_levels;
-use super::uncertainty::Sensitivities;
-use crate::files::robot_file::Tool;
+use super::uncertainty::Weights;
 use crate::fit::Solution;
+use crate::fit::solution::of_parameters;
 use crate::order::sort_by;
 use delta_cal::robot::Arm;
 use delta_cal::{Robot, Sample, Tolerance};
@@ -261,16 +261,16 @@ pub struct WorkspaceComparison {
 
 impl WorkspaceComparison {
     /// Compares a robot before and after a calibration whose covariance includes the stated tolerance, over poses inside
-    /// the calibrated robot's workspace; `None` if no pose is reached by both robots.
+    /// the calibrated robot's workspace and their weights; `None` if no pose is reached by both robots.
     pub(crate) fn of(
         before: &Robot<f64>,
         solution: &Solution,
         tolerance: Option<&Tolerance<f64>>,
         inside: &[Sample<f64>],
+        weights: &Weights,
     ) -> Option<Self> {
         let (after, covariance) = (&solution.robot, &solution.of_parameters());
-        let there = Sensitivities::of(after, &Tool::default(), inside.iter().copied());
-        let moves = there.0.iter().filter_map(|(pose, _)| {
+        let moves = inside.iter().filter_map(|pose| {
             let from = before.forward(&pose.joints).ok()?;
             Some((pose.position - from).norm_squared())
         });
@@ -278,7 +278,7 @@ impl WorkspaceComparison {
         if poses == 0.0 {
             return None;
         }
-        let absolute = there.mean_square();
+        let [absolute, relative] = weights.each_ref().map(|own| of_parameters(own));
         let units = units(before);
         let products = units * units.transpose();
         let dynamic =
@@ -302,7 +302,7 @@ impl WorkspaceComparison {
         let absolute = of(absolute);
         // Besides the six rigid motions, the unused places of a tower's parameters.
         let empty = 24 - 3 * before.drive().parameters().len();
-        let relative = of(there.relative()?.mean_square()).without_kernel(6 + empty);
+        let relative = of(relative).without_kernel(6 + empty);
         let (size, change) = if solution.is_absolute() {
             (whole_change, &absolute)
         } else {

@@ -43,20 +43,21 @@ impl RigidMotions {
     }
 
     /// The motion that best fits the errors, for N columns of errors at each point.
-    pub fn explaining<const N: usize>(
+    pub fn explaining<'a, const N: usize>(
         &self,
-        errors: impl Iterator<Item = (Vector3<f64>, SMatrix<f64, 3, N>)>,
+        errors: impl Iterator<Item = (&'a Vector3<f64>, &'a SMatrix<f64, 3, N>)>,
     ) -> SMatrix<f64, 6, N> {
-        let sum = errors.fold(
-            SMatrix::zeros(),
-            |sum: SMatrix<f64, 6, N>, (point, error)| sum + self.at(&point).transpose() * error,
-        );
+        let mut sum = SMatrix::<f64, 6, N>::zeros();
+        for (point, error) in errors {
+            sum += self.at(point).transpose() * error;
+        }
         self.inverse * sum
     }
 
     /// Position errors (mm) less the rigid motion that best fits them.
     pub fn removed(&self, errors: &[(Vector3<f64>, Vector3<f64>)]) -> Vec<Vector3<f64>> {
-        let motion: Vector6<f64> = self.explaining(errors.iter().copied());
+        let motion: Vector6<f64> =
+            self.explaining(errors.iter().map(|(point, error)| (point, error)));
         errors
             .iter()
             .map(|(point, error)| error - self.at(point) * motion)

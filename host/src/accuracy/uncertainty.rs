@@ -46,14 +46,7 @@ pub(crate) fn variance<const P: usize>(
 ) -> Option<f64> {
     // Multiplying along the long columns of Jᵀ is three times as fast as three numbers at a time.
     let transposed = jacobian.transpose();
-    let variance = if (PARAMETERS..P).all(|place| covariance[(place, place)] <= 0.0) {
-        // Transmissions and rods that are exact: the same bits in a third of the time.
-        let of_parameters = transposed.fixed_rows::<PARAMETERS>(0);
-        let covariance = covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0);
-        (covariance * of_parameters).dot(&of_parameters)
-    } else {
-        (covariance * transposed).dot(&transposed)
-    };
+    let variance = (covariance * transposed).dot(&transposed);
     (variance >= 0.0).then_some(variance)
 }
 
@@ -73,28 +66,18 @@ impl<const P: usize> Sensitivities<P> {
         Self(known.collect())
     }
 
-    /// Removes from J at a position the rigid motions that explain most of all J. `None` if the positions do not determine
-    /// a rigid motion.
-    fn without_rigid_motion(
-        &self,
-    ) -> Option<impl Fn(&Vector3<f64>, &SMatrix<f64, 3, P>) -> SMatrix<f64, 3, P> + use<P>> {
-        let positions = self.0.iter().map(|(pose, _)| pose.position);
-        let motions = RigidMotions::of(positions.clone())?;
-        let jacobians = self.0.iter().map(|(_, jacobian)| *jacobian);
-        let explained = motions.explaining(positions.zip(jacobians));
-        Some(
-            move |position: &Vector3<f64>, jacobian: &SMatrix<f64, 3, P>| {
-                jacobian - motions.at(position) * explained
-            },
-        )
+    /// What removes from J the rigid motions that explain most of all J. `None` if the positions do not determine a rigid
+    /// motion.
+    fn rigid_motion(&self) -> Option<RigidMotion<P>> {
+        let motions = RigidMotions::of(self.0.iter().map(|(pose, _)| pose.position))?;
+        let all = self.0.iter();
+        let explained = motions.explaining(all.map(|(pose, own)| (&pose.position, own)));
+        Some(RigidMotion { motions, explained })
     }
 
     /// The same for relative positions: after the rigid motion that fits best.
     pub(crate) fn relative(&self) -> Option<Self> {
-        let left = self.without_rigid_motion()?;
-        let all = self.0.iter();
-        let all = all.map(|(pose, jacobian)| (*pose, left(&pose.position, jacobian)));
-        Some(Self(all.collect()))
+        Some(self.rigid_motion()?.removed_from(self))
     }
 
     /// The variance of the squared position error over the poses, relative to its squared mean: of a normal error of the
@@ -119,6 +102,71 @@ impl<const P: usize> Sensitivities<P> {
         }
         sum.fill_upper_triangle_with_lower_triangle();
         sum / self.0.len() as f64
+    }
+}
+
+/// The rigid motion that explains most of J over some poses.
+pub(crate) struct RigidMotion<const P: usize> {
+    motions: RigidMotions,
+    explained: SMatrix<f64, 6, P>,
+}
+
+impl<const P: usize> RigidMotion<P> {
+    fn left(&self, position: &Vector3<f64>, jacobian: &SMatrix<f64, 3, P>) -> SMatrix<f64, 3, P> {
+        jacobian - self.motions.at(position) * self.explained
+    }
+
+    fn removed_from(&self, all: &Sensitivities<P>) -> Sensitivities<P> {
+        let left =
+            |(pose, jacobian): &(Sample<f64>, _)| (*pose, self.left(&pose.position, jacobian));
+        Sensitivities(all.0.iter().map(left).collect())
+    }
+}
+
+/// J throughout a robot's workspace, of absolute and of relative positions.
+pub(crate) struct Throughout<const P: usize> {
+    pub(crate) absolute: Sensitivities<P>,
+    pub(crate) relative: Sensitivities<P>,
+    rigid: RigidMotion<P>,
+}
+
+impl<const P: usize> Throughout<P> {
+    /// `None` if the positions do not determine a rigid motion.
+    pub(crate) fn of((robot, tool): Tooled<'_>, poses: &[Sample<f64>]) -> Option<Self> {
+        let absolute = Sensitivities::of(robot, tool, poses.iter().copied());
+        let rigid = absolute.rigid_motion()?;
+        Some(Self {
+            relative: rigid.removed_from(&absolute),
+            absolute,
+            rigid,
+        })
+    }
+
+    /// W of the mean squares tr(W C) of absolute and relative errors, C being the covariance of the robot.
+    fn weights(&self) -> Weights {
+        [&self.absolute, &self.relative].map(|own| {
+            let mut weights = Box::new(RobotCovariance::zeros());
+            weights
+                .fixed_view_mut::<P, P>(0, 0)
+                .copy_from(&own.mean_square());
+            weights
+        })
+    }
+}
+
+/// W of the mean squares tr(W C) of absolute and relative position errors.
+pub(crate) type Weights = [Box<RobotCovariance>; 2];
+
+/// [`Weights`] over poses; those of transmissions and rods only where they are `uncertain`, which takes three times as long.
+pub(crate) fn weights(
+    tooled: Tooled<'_>,
+    poses: &[Sample<f64>],
+    uncertain: bool,
+) -> Option<Weights> {
+    if uncertain {
+        Some(Throughout::<OF_ROBOT>::of(tooled, poses)?.weights())
+    } else {
+        Some(Throughout::<PARAMETERS>::of(tooled, poses)?.weights())
     }
 }
 
@@ -296,81 +344,115 @@ impl ExpectedError {
     /// At poses of the robot that are known already, the worst where positions are `within`; `None` if no pose is clear of
     /// singularities.
     pub(crate) fn at(
-        (robot, tool): Tooled<'_>,
+        tooled: Tooled<'_>,
         covariance: &RobotCovariance,
         reach: &Reach,
         poses: &WorkspacePoses,
         within: impl Fn(&Vector3<f64>) -> bool,
     ) -> Option<Self> {
-        let [inside, edge] = [&poses.inside, &poses.edge]
-            .map(|poses| Sensitivities::of(robot, tool, poses.iter().copied()));
-        let left = inside.without_rigid_motion()?;
-        let over = |variance: &Variance<'_>| {
-            let at = |pose: Sample<f64>| {
-                let jacobian = jacobian(robot, tool, &pose.position, &pose.joints)?;
-                Some((variance(&pose.position, &jacobian)?, pose))
-            };
-            let of_pose = |(pose, jacobian): &(Sample<f64>, _)| {
-                Some((variance(&pose.position, jacobian)?, *pose))
-            };
-            let mut found: Vec<_> = inside.0.iter().filter_map(of_pose).collect();
-            let count = found.iter().fold(0.0, |count, _| count + 1.0);
-            let sum: f64 = found.iter().map(|(variance, _)| variance).sum();
-            let centre = centroid(found.iter().map(|(_, pose)| pose.position));
-            let far = |pose: &Sample<f64>| (pose.position - centre).norm_squared();
-            order::sort_by(&mut found, |own| -far(&own.1));
-            let (outer, inner) = found.split_at(found.len() / 10);
-            let [outermost, others] = [outer, inner].map(|own| {
-                let sum: f64 = own.iter().map(|(variance, _)| variance).sum();
-                f64::sqrt(sum / f64::max(own.len() as f64, 1.0))
-            });
-            found.extend(edge.0.iter().filter_map(of_pose));
-            order::sort_by(&mut found, |own| -own.0);
-            let starts = found.into_iter().take(STARTS);
-            let (largest, worst) = starts
-                .map(|start| {
-                    worst_from(start, reach, |joints| {
-                        let pose = clear_pose(robot, reach, joints)?;
-                        at(pose).filter(|_| within(&pose.position))
-                    })
-                })
-                .max_by(|a, b| a.0.total_cmp(&b.0))?;
-            let rms = f64::sqrt(sum / count);
-            let at = worst.position.into();
-            Some(([rms, largest.sqrt(), outermost, others], at))
+        if (PARAMETERS..OF_ROBOT).any(|place| covariance[(place, place)] > 0.0) {
+            let there = Throughout::of(tooled, &poses.inside)?;
+            Self::over(&there, tooled, covariance, (reach, &poses.edge), within)
+        } else {
+            let there = Throughout::of(tooled, &poses.inside)?;
+            let of_parameters = covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0);
+            let known = (reach, &poses.edge[..]);
+            Self::over(&there, tooled, &of_parameters.into(), known, within)
+        }
+    }
+
+    /// The same where J is known.
+    pub(crate) fn over<const P: usize>(
+        there: &Throughout<P>,
+        (robot, tool): Tooled<'_>,
+        covariance: &SMatrix<f64, P, P>,
+        (reach, edge): (&Reach, &[Sample<f64>]),
+        within: impl Fn(&Vector3<f64>) -> bool,
+    ) -> Option<Self> {
+        let edge = Sensitivities::of(robot, tool, edge.iter().copied());
+        let each = |of: &Sensitivities<P>| {
+            let all = of.0.iter();
+            let all = all.filter_map(|(pose, own)| Some((variance(covariance, own)?, *pose)));
+            all.collect::<Vec<_>>()
         };
-        let ([absolute_rms_mm, absolute_worst_mm, ..], absolute_worst_at_mm) =
-            over(&|_, jacobian| variance(covariance, jacobian))?;
-        let (relative, relative_worst_at_mm) =
-            over(&|position, jacobian| variance(covariance, &left(position, jacobian)))?;
-        let [
-            relative_rms_mm,
-            relative_worst_mm,
-            relative_outermost_mm,
-            relative_others_mm,
-        ] = relative;
+        let at = |joints: [f64; 3], left: &dyn Fn(&Vector3<f64>, &_) -> SMatrix<f64, 3, P>| {
+            let pose = clear_pose(robot, reach, joints).filter(|own| within(&own.position))?;
+            let own = jacobian(robot, tool, &pose.position, &pose.joints)?;
+            Some((variance(covariance, &left(&pose.position, &own))?, pose))
+        };
+        let absolute = Extent::of(
+            each(&there.absolute),
+            each(&edge),
+            (reach, &|joints| at(joints, &|_, own| *own)),
+        )?;
+        let relative = Extent::of(
+            each(&there.relative),
+            each(&there.rigid.removed_from(&edge)),
+            (reach, &|joints| {
+                at(joints, &|position, own| there.rigid.left(position, own))
+            }),
+        )?;
         Some(Self {
-            absolute_rms_mm,
-            absolute_worst_mm,
-            absolute_worst_at_mm,
-            relative_rms_mm,
-            relative_worst_mm,
-            relative_worst_at_mm,
-            relative_outermost_mm,
-            relative_others_mm,
+            absolute_rms_mm: absolute.rms,
+            absolute_worst_mm: absolute.worst,
+            absolute_worst_at_mm: absolute.worst_at,
+            relative_rms_mm: relative.rms,
+            relative_worst_mm: relative.worst,
+            relative_worst_at_mm: relative.worst_at,
+            relative_outermost_mm: relative.outermost,
+            relative_others_mm: relative.others,
         })
     }
 }
 
-/// At a position with this Jacobian.
-type Variance<'a> = dyn Fn(&Vector3<f64>, &SMatrix<f64, 3, OF_ROBOT>) -> Option<f64> + 'a;
+/// A variance, mm², and the pose where it is so large.
+type At = (f64, Sample<f64>);
+
+/// σ of positions over a workspace, mm.
+struct Extent {
+    rms: f64,
+    worst: f64,
+    worst_at: [f64; 3],
+    /// Over the tenth of the poses that are outermost, rms.
+    outermost: f64,
+    /// Over the others.
+    others: f64,
+}
+
+impl Extent {
+    fn of(
+        mut all: Vec<At>,
+        edge: Vec<At>,
+        (reach, at): (&Reach, &dyn Fn([f64; 3]) -> Option<At>),
+    ) -> Option<Self> {
+        let rms = |own: &[At]| {
+            let sum: f64 = own.iter().map(|(variance, _)| variance).sum();
+            f64::sqrt(sum / f64::max(own.len() as f64, 1.0))
+        };
+        let of_all = rms(&all);
+        let centre = centroid(all.iter().map(|(_, pose)| pose.position));
+        let far = |pose: &Sample<f64>| (pose.position - centre).norm_squared();
+        order::sort_by(&mut all, |own| -far(&own.1));
+        let (outer, inner) = all.split_at(all.len() / 10);
+        let [outermost, others] = [outer, inner].map(rms);
+        all.extend(edge);
+        order::sort_by(&mut all, |own| -own.0);
+        let starts = all.into_iter().take(STARTS);
+        let (largest, worst) = starts
+            .map(|start| worst_from(start, reach, at))
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(Self {
+            rms: of_all,
+            worst: largest.sqrt(),
+            worst_at: worst.position.into(),
+            outermost,
+            others,
+        })
+    }
+}
 
 /// Steps the joints from a pose towards larger variances; halves the step when none is larger.
-fn worst_from(
-    start: (f64, Sample<f64>),
-    reach: &Reach,
-    at: impl Fn([f64; 3]) -> Option<(f64, Sample<f64>)>,
-) -> (f64, Sample<f64>) {
+fn worst_from(start: At, reach: &Reach, at: &dyn Fn([f64; 3]) -> Option<At>) -> At {
     let (mut largest, mut pose) = start;
     let (low, high) = (reach.limits.minimum(), reach.limits.maximum());
     let mut step = COARSEST * (high - low);

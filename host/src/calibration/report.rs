@@ -266,16 +266,11 @@ impl Report {
             }),
             ..before.clone()
         };
-        let (expected, known) = judged.expected();
+        let (found, known) = judged.expected();
+        let (expected, spread) = found.unzip();
         after.instruments.expected = expected
             .as_ref()
             .map(|own| [own.absolute_rms_mm, own.relative_rms_mm]);
-        let spread = Spread::of(
-            solution,
-            &after.tool(),
-            &judged.poses.inside,
-            solution.is_absolute(),
-        );
         let expected = expected.as_ref();
         let lines = readings.rows.iter().zip(&solution.rows);
         let suspected = lines
@@ -303,7 +298,10 @@ impl Report {
             causes: judged.causes,
             sigma_widened_by: judged.widening,
             expected_error: expected.map(|own| own.in_axes_of(&before.convention)),
-            budget: budget(solution, before, &judged.poses.inside),
+            budget: judged
+                .weights
+                .as_ref()
+                .map_or_else(Vec::new, |own| budget(solution, before, own)),
             unknown_rods: unknown_rods(before, solution, &judged.poses.inside),
             // Those of a printer are its bed's.
             found_and_left: spread

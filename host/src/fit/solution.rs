@@ -188,6 +188,13 @@ impl Solution {
         self.robots(&(&self.covariance - self.beyond_expected * &self.of_readings))
     }
 
+    /// Whether nothing of the robot but its 24 parameters is estimated.
+    pub(crate) fn is_of_parameters(&self) -> bool {
+        self.robot_places()[PARAMETERS..]
+            .iter()
+            .all(Option::is_none)
+    }
+
     /// Number of unknowns that belong to the robot.
     pub(crate) const fn robot_unknowns(&self) -> usize {
         if self.transmissions {

@@ -2,11 +2,11 @@
 
 use super::credibility::in_tolerances;
 use crate::accuracy::information::parameter_at;
-use crate::accuracy::uncertainty::{ExpectedError, Sensitivities};
+use crate::accuracy::uncertainty::{self, ExpectedError, jacobian};
 use crate::effects::{At, Course, Platform};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tool};
 use crate::files::samples_file::Kind;
-use crate::fit::solution::{OF_ROBOT, PARAMETERS};
+use crate::fit::solution::PARAMETERS;
 use crate::fit::{Frame, Solution};
 use delta_cal::robot::{Parameter, ParameterKind};
 use delta_cal::{Robot, Sample, Tolerance};
@@ -119,25 +119,35 @@ pub(crate) fn next_poses(
         return Vec::new();
     }
     let every = poses.len().div_ceil(CANDIDATES).max(1);
-    let candidates = poses.iter().step_by(every).copied();
-    let candidates = Sensitivities::<OF_ROBOT>::of(&solution.robot, &robot.tool(), candidates);
-    let judged = if solution.is_absolute() {
-        Some(candidates.mean_square())
-    } else {
-        candidates.relative().map(|own| own.mean_square())
-    };
-    let Some(weights) = judged else {
+    let candidates: Vec<_> = poses.iter().step_by(every).copied().collect();
+    let tooled = (&solution.robot, &robot.tool());
+    let Some([absolute, relative]) =
+        uncertainty::weights(tooled, &candidates, !solution.is_of_parameters())
+    else {
         return Vec::new();
     };
-    let error = |covariance: &DMatrix<f64>| weights.dot(&solution.robots(covariance)).max(0.0);
+    let of_robot = if solution.is_absolute() {
+        absolute
+    } else {
+        relative
+    };
+    let mut covariance = solution.covariance.clone();
+    let places = solution.robot_places();
+    let mut weights = DMatrix::zeros(covariance.nrows(), covariance.ncols());
+    for (own, column) in places.iter().zip(of_robot.column_iter()) {
+        for (other, weight) in places.iter().zip(&column) {
+            if let (Some(own), Some(other)) = (own, other) {
+                weights[(*other, *own)] = *weight;
+            }
+        }
+    }
     let readings = &solution.readings;
     let platform = Platform::of(robot, &readings.targets);
     let course = Course::of(&solution.robot, platform, &solution.places, readings);
-    let all = candidates.0.iter();
-    let all = all.filter_map(|(pose, jacobian)| measured(solution, &course, pose, jacobian));
-    let all: Vec<_> = all.collect();
-    let places = solution.robot_places();
-    let mut covariance = solution.covariance.clone();
+    let all = candidates.iter();
+    let all: Vec<_> = all
+        .filter_map(|pose| measured(solution, &course, pose))
+        .collect();
     let mut found = Vec::new();
     for _ in 0..PROPOSED {
         // C Aᵀ and (A C Aᵀ + N)⁻¹.
@@ -148,10 +158,7 @@ pub(crate) fn next_poses(
         };
         let gain = |measured: &Measured| {
             let (shared, inverse) = updating(measured)?;
-            let robots = SMatrix::<f64, OF_ROBOT, 3>::from_fn(|own, axis| {
-                places[own].map_or(0.0, |place| shared[(place, axis)])
-            });
-            Some((weights * robots).dot(&(robots * inverse)))
+            Some((&weights * &shared).dot(&(&shared * inverse)))
         };
         let gains = all.iter().filter_map(|own| Some((gain(own)?, own)));
         let best = gains.max_by(|a, b| a.0.total_cmp(&b.0));
@@ -162,7 +169,7 @@ pub(crate) fn next_poses(
         covariance -= &shared * inverse * shared.transpose();
         found.push(NextPose {
             joints: robot.convention.joints(&best.0),
-            expected_error_mm: error(&covariance).sqrt(),
+            expected_error_mm: weights.dot(&covariance).max(0.0).sqrt(),
         });
     }
     found
@@ -171,20 +178,17 @@ pub(crate) fn next_poses(
 /// Joints, Aᵀ and N of a pose.
 type Measured = ([f64; 3], MatrixXx3<f64>, Matrix3<f64>);
 
-fn measured(
-    solution: &Solution,
-    course: &Course,
-    pose: &Sample<f64>,
-    jacobian: &SMatrix<f64, 3, OF_ROBOT>,
-) -> Option<Measured> {
-    let at = At::new(&solution.robot, &pose.joints)?;
+fn measured(solution: &Solution, course: &Course, pose: &Sample<f64>) -> Option<Measured> {
+    let (robot, exact) = (&solution.robot, Tool::default());
+    let jacobian = jacobian::<PARAMETERS>(robot, &exact, &pose.position, &pose.joints)?;
+    let at = At::new(robot, &pose.joints)?;
     let turn = solution
         .places
         .frame
         .map_or_else(Matrix3::identity, |own| own.rotation);
     let mut rows = MatrixXx3::zeros(solution.covariance.nrows());
     rows.rows_mut(0, PARAMETERS)
-        .copy_from(&(turn * jacobian.fixed_columns::<PARAMETERS>(0)).transpose());
+        .copy_from(&(turn * jacobian).transpose());
     if solution.frame == Frame::Sensor {
         // Its shift, and its turn about the sensor's origin.
         let first = solution.robot_unknowns();

@@ -4,7 +4,7 @@
 use super::PlanError;
 use super::setup::Setup;
 use crate::accuracy::information::prior;
-use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
+use crate::accuracy::uncertainty::{self, INSIDE, Weights, first_inside, inside};
 use crate::cores;
 use crate::effects::{At, Course, EffectKind, Estimated, Platform};
 use crate::files::robot_file::RobotFile;
@@ -49,12 +49,11 @@ impl Precision {
     }
 }
 
-/// A robot and the weights W of its relative and absolute position errors: with the parameters' covariance C, tr(W C) is the
-/// mean square.
+/// A robot and what its position errors weigh.
 #[derive(Debug, Clone)]
 struct Place {
     file: RobotFile,
-    weights: [RobotCovariance; 2],
+    weights: Weights,
 }
 
 /// Evaluates measurements over the workspaces of the nominal robot and of robots drawn from the tolerance.
@@ -97,7 +96,7 @@ impl Judge {
 
     /// W of the nominal robot.
     pub(super) fn weights(&self, absolute: bool) -> &RobotCovariance {
-        &self.nominal.weights[usize::from(absolute)]
+        &self.nominal.weights[usize::from(!absolute)]
     }
 
     /// Before any measurement; `None` without a tolerance.
@@ -143,42 +142,30 @@ impl Judge {
             (sum / squares.len() as f64).sqrt()
         };
         Some(Precision {
-            relative: rms(0),
-            absolute: rms(1),
+            absolute: rms(0),
+            relative: rms(1),
         })
     }
 }
 
 /// [`Judge::weights`] over the whole workspace.
-pub(super) fn weights(file: &RobotFile, absolute: bool) -> Option<RobotCovariance> {
+pub(super) fn weights(file: &RobotFile, absolute: bool) -> Option<Box<RobotCovariance>> {
     let poses = inside(&file.robot, &file.reach());
-    Some(Place::new(file.clone(), &poses)?.weights[usize::from(absolute)])
+    let [of_absolute, of_relative] = Place::new(file.clone(), &poses)?.weights;
+    Some(if absolute { of_absolute } else { of_relative })
 }
 
 impl Place {
     /// Only the poses that the robot reaches clear of singularities count.
     fn new(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
-        // Exact transmissions and rods have no weight, and leaving them out takes a third of the time.
-        if file.transmission.is_none() && file.parallelograms.is_none() {
-            Self::of::<PARAMETERS>(file, poses)
-        } else {
-            Self::of::<OF_ROBOT>(file, poses)
-        }
-    }
-
-    fn of<const P: usize>(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
         let reach = file.reach();
         let there = poses.iter().filter_map(|pose| {
             let position = reach.clear_position(&file.robot, &pose.joints).ok()?;
             Some(Sample { position, ..*pose })
         });
-        let there = Sensitivities::<P>::of(&file.robot, &file.tool(), there);
-        let weights = [&there.relative()?, &there].map(|own| {
-            let mut weights = RobotCovariance::zeros();
-            let mut used = weights.fixed_view_mut::<P, P>(0, 0);
-            used.copy_from(&own.mean_square());
-            weights
-        });
+        let there: Vec<_> = there.collect();
+        let uncertain = file.transmission.is_some() || file.parallelograms.is_some();
+        let weights = uncertainty::weights((&file.robot, &file.tool()), &there, uncertain)?;
         Some(Self { file, weights })
     }
 }

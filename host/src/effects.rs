@@ -25,7 +25,7 @@ pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
 pub(crate) use tilt::Platform;
 pub(crate) use words::misplaced;
 
-use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
+use crate::files::{Kind, Reading, ReadingFrom, Readings, Row};
 use crate::geometry::{Directions, NUMBERS, centroid, range};
 use crate::halt;
 use delta_cal::robot::Drive;

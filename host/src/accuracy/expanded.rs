@@ -7,7 +7,7 @@
 
 use super::quantiles::noise_levels;
 use super::uncertainty::Sensitivities;
-use crate::files::robot_file::Tool;
+use crate::files::Tool;
 use crate::fit::solution::{OF_ROBOT, Solution};
 use delta_cal::Sample;
 use nalgebra::{Matrix3, Vector3};

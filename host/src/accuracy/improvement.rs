@@ -15,7 +15,7 @@
 use super::information::{differences, prior_covariance, units};
 use super::quantiles::noise_levels;
 use super::uncertainty::Sensitivities;
-use crate::files::robot_file::Tool;
+use crate::files::Tool;
 use crate::fit::Solution;
 use crate::order::sort_by;
 use delta_cal::robot::Arm;

@@ -3,8 +3,7 @@
 use super::Frame;
 use super::solution::Solution;
 use crate::effects::{EffectKind, Estimated};
-use crate::files::convention::Convention;
-use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use crate::files::{Convention, ONLY_TARGET, RobotFile};
 use crate::geometry::OF_ARM;
 use delta_cal::Parameter;
 use delta_cal::robot::ParameterKind;

@@ -15,9 +15,7 @@ use crate::explain::{
     Diagnosis, FEWEST, Found, MOST_WRONG, beside_the_platform_point, commanded, diagnose,
     explained_by_rods, mistake, search, shifted, shifted_rows,
 };
-use crate::files::input::{InputError, InputText};
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Readings};
+use crate::files::{InputError, InputText, Kind, Readings, RobotFile};
 use crate::fit::checks::{check_datum, checked};
 use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;

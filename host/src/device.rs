@@ -12,9 +12,7 @@ mod session;
 
 use crate::accuracy::position_error::position_errors;
 use crate::accuracy::uncertainty::WorkspacePoses;
-use crate::files::input::InputError;
-use crate::files::robot_file::{RobotFile, Tool};
-use crate::files::samples_file::Readings;
+use crate::files::{InputError, Readings, RobotFile, Tool};
 use crate::text::{in_file_units, small};
 pub use client::{Client, Patience};
 use delta_cal::robot::{ParameterKind, Transmission};

@@ -25,7 +25,7 @@ pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
 pub(crate) use tilt::Platform;
 pub(crate) use words::misplaced;
 
-use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
+use crate::files::{Kind, Reading, ReadingFrom, Readings, Row};
 use crate::geometry::{Directions, NUMBERS, centroid, range};
 use crate::halt;
 use delta_cal::robot::Drive;
@@ -112,36 +112,18 @@ impl EffectKind {
 
     pub(crate) const fn unknowns(self) -> usize {
         match self {
-            Self::GearRatio
-            | Self::UnevenTravel
-            | Self::Backlash
-            | Self::Slip
-            | Self::Sag
-            | Self::Scale
-            | Self::Oversize
-            | Self::Gears
-            | Self::Forearm
-            | Self::UpperArm
-            | Self::Radius
-            | Self::Size => 1,
             Self::Eccentricity | Self::SecondHarmonic => 2,
             Self::Drift | Self::Target | Self::Zeros => 3,
             Self::Move | Self::Datum => 6,
             Self::Bed => surface::COUNT,
             Self::Tilt => NUMBERS,
+            _ => 1,
         }
     }
 
     pub(crate) const fn is_of_joint(self) -> bool {
-        matches!(
-            self,
-            Self::GearRatio
-                | Self::Eccentricity
-                | Self::SecondHarmonic
-                | Self::UnevenTravel
-                | Self::Backlash
-                | Self::Slip
-        )
+        self.is_of_transmission()
+            || matches!(self, Self::UnevenTravel | Self::Backlash | Self::Slip)
     }
 
     /// Whether it happens at one row.

@@ -15,8 +15,7 @@ pub mod geometry;
 pub mod positions;
 pub mod target;
 
-use crate::files::convention::Convention;
-use crate::files::robot_file::{RobotFile, Tool};
+use crate::files::{Convention, RobotFile, Tool};
 use crate::text::{degrees, joint, rounded};
 pub use correction_table::Table;
 use delta_cal::frame::RigidTransform;

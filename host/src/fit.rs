@@ -17,8 +17,7 @@ pub mod solution;
 pub(crate) mod solve;
 mod unknowns;
 
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
+use crate::files::{Readings, RobotFile};
 pub(crate) use estimators::{Closure, by_arms};
 use serde::{Deserialize, Serialize};
 pub use solution::{Solution, Unsolved};

@@ -18,7 +18,7 @@ mod rotary;
 mod settings;
 mod stated;
 
-use crate::files::input::{InputError, InputText};
+use crate::files::{InputError, InputText};
 pub use console::touched;
 pub use imported::Imported;
 pub(crate) use imported::{OF_PROBE, SHRINKAGE, USUAL_TOWERS, kept, lowered, print_within};

@@ -1,12 +1,11 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
 use crate::arrays::{array, with_cores, with_cores_telling};
-use crate::errors::{calibrate_error, in_python, input_error, words};
+use crate::errors::{FRAMES, METHODS, calibrate_error, in_python, input_error, word, words};
 use crate::files::{dict, loads};
 use crate::printer::{Part, configuration, included};
 use crate::robot::Robot;
 use crate::samples::Samples;
-use crate::stated::{FRAMES, METHODS, word};
 use delta_cal_host::files::document::Document;
 use delta_cal_host::import::Imported;
 use delta_cal_host::printer;

@@ -1,11 +1,15 @@
-//! Refusals and faults as Python exceptions. `delta_cal/_errors.py` finds the words.
+//! Refusals, faults and wrong words as Python exceptions. `delta_cal/_errors.py` finds the words.
 
 use crate::files::call_python;
 use delta_cal_host::{CalibrateError, InputError};
 use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use serde::de::DeserializeOwned;
 use std::fmt::Display;
+
+pub(crate) const FRAMES: &str = "\"base\" or \"sensor\"";
+pub(crate) const METHODS: &str = "\"joint\", \"ikm\" or \"fkm\"";
 
 /// A message in the names of arguments; of arrays, which have rows in place of lines.
 pub(crate) fn words(text: impl Display, in_arrays: bool) -> String {
@@ -24,6 +28,12 @@ pub(crate) fn in_python(text: impl Display) -> String {
 /// An argument that cannot be used.
 pub(crate) fn value_error(argument: &str, cause: impl Display) -> PyErr {
     PyValueError::new_err(format!("{argument}: {cause}"))
+}
+
+/// One of some words.
+pub(crate) fn word<T: DeserializeOwned>(argument: &str, given: &str, all: &str) -> PyResult<T> {
+    let found = serde_json::from_value(given.into());
+    found.map_err(|_| value_error(argument, format!("{given:?}; {all} is needed")))
 }
 
 /// An exception that is made in Python.

@@ -2,12 +2,11 @@
 //!
 //! ```text
 //! files        what is written in Python
-//! errors       refusals and faults as Python exceptions
+//! errors       refusals, faults and wrong words as Python exceptions
 //! wide         numbers and vectors of formulas without branches
 //! lanes        kinematics of many rows at once, in vector instructions
 //! arrays       rows of numbers to arrays; the cores
 //! printer      the files of a printer's configuration
-//! stated       words that stand for one of several values
 //! robot        the class Robot: kinematics of whole arrays
 //! samples      the class Samples: files, or columns of arrays and frames
 //! calibration  `calibrate`, and its report
@@ -29,7 +28,6 @@ mod lanes;
 mod printer;
 mod robot;
 mod samples;
-mod stated;
 mod tasks;
 mod wide;
 

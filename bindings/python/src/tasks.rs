@@ -2,12 +2,13 @@
 
 use crate::arrays::{array, with_cores, with_cores_telling};
 use crate::calibration::document;
-use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error, words};
+use crate::errors::{
+    FRAMES, METHODS, calibrate_error, in_python, input_error, refusal, value_error, word, words,
+};
 use crate::files::{dict, loads};
 use crate::printer::{Part, configuration, included};
 use crate::robot::Robot;
 use crate::samples::Samples;
-use crate::stated::{FRAMES, METHODS, word};
 use delta_cal_host::campaign::{self, OneCase};
 use delta_cal_host::export::error::ExportError;
 use delta_cal_host::export::positions::Wanted;

@@ -8,7 +8,7 @@ use delta_cal_host::printer::explained;
 use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
 use delta_cal_host::text::joint::in_file;
-use delta_cal_host::{CalibrateError, Options, Report, calibrate};
+use delta_cal_host::{Options, Report, calibrate};
 use serde::Serialize;
 use tsify::Tsify;
 
@@ -39,21 +39,12 @@ pub(crate) fn calibrated(files: &Folder, request: &Request) -> Result<(Inputs, R
         ..request.options()
     };
     let calibrated = calibrate(&inputs.robot, &inputs.readings, &options);
-    let mut report = calibrated.map_err(|error| refused(explained(error, printer)))?;
+    let mut report = calibrated.map_err(|error| explained(error, printer))?;
     report.document = Some(inputs.document.clone());
     if let Some(limit) = request.limit {
         report = report.with_limit(limit);
     }
     Ok((inputs, report))
-}
-
-fn refused(error: CalibrateError) -> Fault {
-    let json = error.refused().then(|| error.to_json());
-    let fault = Fault::from(error);
-    match json {
-        Some(json) => fault.with_json(json),
-        None => fault,
-    }
 }
 
 pub(crate) fn run(files: &Folder, request: &Request) -> Result<Calibrated, Fault> {
@@ -71,7 +62,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Calibrated, Fault
     let (html, json, printed) = match &printer {
         None => (report.to_html(), report.to_json(), None),
         Some(printer) => {
-            let report = PrinterReport::of(printer, report).map_err(refused)?;
+            let report = PrinterReport::of(printer, report)?;
             (report.to_html(), report.to_json(), Some(report.printer))
         }
     };

@@ -45,12 +45,6 @@ impl Fault {
             ..Details::default()
         }))
     }
-
-    /// With the refusal for programs.
-    pub(crate) fn with_json(mut self, json: String) -> Self {
-        self.0.json = Some(json);
-        self
-    }
 }
 
 impl From<InputError> for Fault {
@@ -68,14 +62,13 @@ impl From<InputError> for Fault {
 
 impl From<CalibrateError> for Fault {
     fn from(error: CalibrateError) -> Self {
+        let json = error.refused().then(|| error.to_json());
         let diagnosis = error.diagnosis().map(ToString::to_string);
-        let mut fault = match &error {
-            CalibrateError::Input(error) => error.clone().into(),
-            CalibrateError::Refused(refused) => {
-                Self::refused(refused.to_string(), refused.remedy())
-            }
+        let mut fault = match error {
+            CalibrateError::Input(error) => error.into(),
+            CalibrateError::Refused(own) => Self::refused(own.to_string(), own.remedy()),
         };
-        fault.0.diagnosis = diagnosis;
+        (fault.0.json, fault.0.diagnosis) = (json, diagnosis);
         fault
     }
 }

@@ -11,8 +11,7 @@
 use super::quantiles::median;
 use super::uncertainty::{Sensitivities, Weights};
 use crate::effects::{At, Course, Effect, EffectKind, Estimated, Platform};
-use crate::files::robot_file::{ONLY_TARGET, RobotFile};
-use crate::files::samples_file::{Kind, READINGS};
+use crate::files::{Kind, ONLY_TARGET, READINGS, RobotFile};
 use crate::fit::jointly::columns_of;
 use crate::fit::solution::{OF_ROBOT, Solution};
 use crate::geometry::{NUMBERS, Parallelograms};

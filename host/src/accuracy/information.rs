@@ -1,6 +1,6 @@
 //! Prior knowledge of the parameters, and the unit in which they are compared: mm, angles times the upper arm's length.
 
-use crate::files::robot_file::RobotFile;
+use crate::files::RobotFile;
 pub(crate) use crate::fit::solution::PARAMETERS;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use crate::geometry::Parallelograms;

@@ -4,7 +4,7 @@ use super::information::prior_covariance;
 use super::quantiles::median;
 use super::rigid_motion::RigidMotions;
 use super::uncertainty::{jacobian, variance};
-use crate::files::robot_file::{RobotFile, Tool, Tooled};
+use crate::files::{RobotFile, Tool, Tooled};
 use crate::order;
 use delta_cal::Robot;
 use nalgebra::Vector3;

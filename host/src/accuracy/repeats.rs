@@ -6,7 +6,7 @@
 //! AP = |X̄ − Xc|,   RP = l̄ + 3 S,   S = √(Σ (lⱼ − l̄)² / (n − 1)),   vAP = max |X̄ₐ − X̄ᵦ| over directions of approach
 //! ```
 
-use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
+use crate::files::{Kind, READINGS, Reading, Readings, Row};
 use crate::geometry::centroid;
 use crate::halt;
 use nalgebra::Vector3;

@@ -3,7 +3,7 @@
 use super::budget::unmodelled;
 use super::quantiles::median;
 use crate::effects::OrientationNoise;
-use crate::files::robot_file::RobotFile;
+use crate::files::RobotFile;
 use crate::fit::Solution;
 use crate::geometry::{OF_ARM, Parallelograms};
 use crate::text::degrees;

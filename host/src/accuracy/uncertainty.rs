@@ -1,8 +1,7 @@
 //! Uncertainty of positions due to that of the parameters, at a pose and over the whole workspace.
 
 use super::rigid_motion::RigidMotions;
-use crate::files::convention::Convention;
-use crate::files::robot_file::{RobotFile, Tool, Tooled};
+use crate::files::{Convention, RobotFile, Tool, Tooled};
 use crate::fit::solution::{OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::geometry::{Reach, centroid};
 use crate::halt;

@@ -5,8 +5,7 @@ use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_toler
 use crate::accuracy::repeats;
 use crate::effects::{EffectKind, misplaced};
 use crate::explain::{Diagnosis, beside_the_platform_point, shifted_rows};
-use crate::files::robot_file::{ONLY_TARGET, RobotFile};
-use crate::files::samples_file::{Kind, Reading, Readings, Row};
+use crate::files::{Kind, ONLY_TARGET, Reading, Readings, RobotFile, Row};
 use crate::finding::{Finding, note, warning};
 use crate::fit::datum::{CONTRADICTED, Datum};
 use crate::fit::solution::RowFit;

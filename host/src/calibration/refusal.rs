@@ -1,9 +1,7 @@
 //! Why a calibration is refused: the finding and the remedy.
 
 use crate::explain::Diagnosis;
-use crate::files::input::InputError;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Readings};
+use crate::files::{InputError, Kind, Readings, RobotFile};
 use crate::fit::{Case, Frame, Unsolved};
 use crate::judge::Objection;
 use crate::text::{count, in_file_units, probability, significant};

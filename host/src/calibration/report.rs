@@ -13,10 +13,7 @@ use crate::accuracy::tilt::{tilt, unknown_rods};
 use crate::accuracy::uncertainty::ExpectedError;
 use crate::effects::Places;
 use crate::explain::{Causes, Diagnosis};
-use crate::files::convention::Convention;
-use crate::files::document::Document;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, READINGS};
+use crate::files::{Convention, Document, Kind, READINGS, RobotFile};
 use crate::finding::{Finding, Level};
 pub use crate::fit::instruments::{
     DatumReport, FrameReport, PlaneReport, PointReport, TargetReport, TransmissionReport,

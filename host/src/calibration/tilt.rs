@@ -2,8 +2,7 @@
 
 use crate::accuracy::tilt::{CENTRAL, displaced, tilt, unknown_rods, usual};
 use crate::effects::OrientationNoise;
-use crate::files::robot_file::{ONLY_TARGET, RobotFile};
-use crate::files::samples_file::Readings;
+use crate::files::{ONLY_TARGET, Readings, RobotFile};
 use crate::finding::{Finding, note, warning};
 use crate::fit::{Case, Solution};
 use crate::judge::Judged;

@@ -2,7 +2,7 @@
 
 use crate::accuracy::information::{ARM, PARAMETERS, is_empty, units};
 use crate::accuracy::uncertainty::jacobian;
-use crate::files::robot_file::Tool;
+use crate::files::Tool;
 use crate::fit::{Closure, Method};
 use crate::halt;
 use delta_cal::calibration::{TolerancePrior, Triangle};

@@ -6,7 +6,7 @@
 use super::plan::{CampaignSolver, Case, Plan};
 use super::row::{run, text};
 use super::summary::{CaseSummary, summarize};
-use crate::files::input::{InputError, InputText};
+use crate::files::{InputError, InputText};
 use crate::fit::Method;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;

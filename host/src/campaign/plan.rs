@@ -1,8 +1,6 @@
 //! The campaign file. Every combination of its lists is a case.
 
-use crate::files::example;
-use crate::files::input::{InputError, InputText};
-use crate::files::robot_file::{RobotFile, Tool};
+use crate::files::{InputError, InputText, RobotFile, Tool, example};
 use crate::fit::Method;
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Noise, Tolerance};

@@ -1,8 +1,7 @@
 //! Simulated robots: true geometry, measured poses and held-out poses.
 
 use super::plan::{Case, Plan, Spread};
-use crate::files::input::InputError;
-use crate::files::robot_file::{RobotFile, Tool};
+use crate::files::{InputError, RobotFile, Tool};
 use crate::geometry::Parallelograms;
 use crate::planning::{Kind, Order, PlanRequest, Wishes, plan as planned};
 use delta_cal::robot::{Arm, ParameterKind};

@@ -3,7 +3,7 @@
 use super::plan::Case;
 use super::row::{RobotResult, Row};
 use super::trial::NO_ROBOT;
-use crate::files::input::InputError;
+use crate::files::InputError;
 use crate::order;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap, HashSet};

@@ -3,8 +3,7 @@
 use super::plan::{CampaignSolver, Case};
 use crate::accuracy::information::units;
 use crate::accuracy::uncertainty::Sensitivities;
-use crate::files::robot_file::{RobotFile, Tool};
-use crate::files::samples_file::{Reading, Readings, Row};
+use crate::files::{Reading, Readings, RobotFile, Row, Tool};
 use crate::fit::solution::{RobotCovariance, Unsolved};
 use crate::fit::{Method, Options, by_arms, solve};
 use delta_cal::calibration::{JointCalibrator, JointOutcome, Start};

@@ -6,9 +6,7 @@ use super::output::{self, Progress, command, deliver, now};
 use super::paths::{
     ColumnsArgument, given, is_toml, read_samples_texts, robot_path, without_table,
 };
-use crate::files::document::Document;
-use crate::files::example;
-use crate::files::length::length;
+use crate::files::{Document, example, length::length};
 use crate::import::{Firmware, Imported};
 use crate::printer;
 use crate::report::calibration::comment;

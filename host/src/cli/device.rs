@@ -9,9 +9,7 @@ use crate::device::{
     self, Client, DeviceError, Link, Number, Patience, Port, adopt, check_calibrated,
     check_nominal, in_use, robot as robot_of,
 };
-use crate::files::convention::Convention;
-use crate::files::example;
-use crate::files::robot_file::Tool;
+use crate::files::{Convention, Tool, example};
 use crate::text::{small, tolerance_keys};
 use crate::{
     CalibrateError, InputError, InputText, InstrumentFacts, Method, Options, Readings, Record,

@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::output::{self, deliver};
 use super::paths::{in_folder, is_stream};
-use crate::files::length::{Measured, measured};
+use crate::files::{length::Measured, length::measured};
 use crate::import::{Firmware, Imported, Stated, printed, shrinkage};
 use crate::{InputError, InputText};
 use clap::Args;

@@ -3,8 +3,7 @@
 use super::failure::Failure;
 use super::output::deliver;
 use super::paths::{ColumnsArgument, read, robot_path};
-use crate::files::kinematics;
-use crate::files::robot_file::Tool;
+use crate::files::{Tool, kinematics};
 use crate::{InputError, InputText, RobotFile};
 use clap::Args;
 use delta_cal::Sample;

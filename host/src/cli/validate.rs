@@ -3,8 +3,7 @@
 use super::failure::Failure;
 use super::output::{command, deliver, now, refused};
 use super::paths::{ColumnsArgument, is_toml, read_samples_texts, robot_path};
-use crate::files::document::Document;
-use crate::files::length::length;
+use crate::files::{Document, length::length};
 use crate::report::validation as report;
 use crate::validation::{Comparison, Request, Verdict, check_independent, validate};
 use crate::{Frame, InputText, Options, RobotFile, read_samples};

@@ -2,7 +2,7 @@
 
 use super::Number;
 use crate::calibration::Report as Calibrated;
-use crate::files::convention::Convention;
+use crate::files::Convention;
 use crate::render::{Section, Table, terminal};
 use crate::report::Versioned;
 use crate::text::{in_unit, small};

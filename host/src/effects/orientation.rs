@@ -7,7 +7,7 @@
 //! F turns the robot's axes into those of the coordinates, R is the platform's rotation, and M how the target is mounted, which
 //! nobody knows: a row says by how much R differs from its mean over the rows of that target.
 
-use crate::files::samples_file::Readings;
+use crate::files::Readings;
 use crate::geometry::{NUMBERS, Parallelograms, rotation};
 use crate::halt;
 use crate::text::degrees;

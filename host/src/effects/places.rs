@@ -1,6 +1,6 @@
 //! The places of the instruments: the sensor's frame, planes and points.
 
-use crate::files::samples_file::{READINGS, Reading, ReadingFrom};
+use crate::files::{READINGS, Reading, ReadingFrom};
 use crate::halt;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;

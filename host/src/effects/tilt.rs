@@ -1,7 +1,7 @@
 //! The platform tilts, and takes targets beside its centre along.
 
 use super::{At, Course, Place};
-use crate::files::robot_file::{ONLY_TARGET, RobotFile, Tool};
+use crate::files::{ONLY_TARGET, RobotFile, Tool};
 use crate::geometry::{NUMBERS, Parallelograms};
 use nalgebra::Vector3;
 

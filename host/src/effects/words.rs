@@ -1,8 +1,7 @@
 //! Effects in words: what each is, its size, and its remedy.
 
 use super::{Effect, EffectKind};
-use crate::files::robot_file::{ONLY_TARGET, RobotFile};
-use crate::files::samples_file::{Kind, Readings};
+use crate::files::{Kind, ONLY_TARGET, Readings, RobotFile};
 use crate::text::{joint, list, significant};
 use delta_cal::robot::Drive;
 use nalgebra::{DVector, Vector3};

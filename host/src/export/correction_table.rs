@@ -3,7 +3,7 @@
 use super::error::ExportError;
 use super::geometry::coordinates;
 use super::positions::{Loss, Place, Wanted, controller_reaches, reached};
-use crate::files::robot_file::{RobotFile, Tool, Tooled};
+use crate::files::{RobotFile, Tool, Tooled};
 use crate::geometry::hangs_below;
 use crate::halt;
 use delta_cal::Robot;

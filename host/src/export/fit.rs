@@ -2,7 +2,7 @@
 
 use super::geometry::{Each, Frame, Geometry, Holds};
 use super::positions::{Wanted, reached};
-use crate::files::robot_file::Tooled;
+use crate::files::Tooled;
 use crate::halt;
 use delta_cal::robot::Drive;
 use delta_cal::{Parameter, Tolerance};

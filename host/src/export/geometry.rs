@@ -1,6 +1,6 @@
 //! An arm or a tower in the parameters that controllers use, and which of these a controller holds.
 
-use crate::files::convention::Convention;
+use crate::files::Convention;
 pub use crate::geometry::Shape;
 use crate::import::USUAL_TOWERS;
 use delta_cal::Robot;

@@ -2,9 +2,7 @@
 
 use super::geometry::{Frame, coordinates};
 use crate::accuracy::uncertainty::inside;
-use crate::files::input::InputError;
-use crate::files::robot_file::{RobotFile, Tooled};
-use crate::files::samples_file::Readings;
+use crate::files::{InputError, Readings, RobotFile, Tooled};
 use crate::geometry::centroid;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;

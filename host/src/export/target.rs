@@ -3,8 +3,7 @@
 use super::Settings;
 use super::error::ExportError;
 use super::geometry::{Geometry, Holds, Shape, to_decimals};
-use crate::files::convention::Convention;
-use crate::files::robot_file::{RobotFile, TRANSMISSION_KEYS};
+use crate::files::{Convention, RobotFile, TRANSMISSION_KEYS};
 use crate::import::USUAL_TOWERS;
 use crate::text::arm_key;
 use delta_cal::ArmIndex;

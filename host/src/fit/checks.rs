@@ -2,9 +2,7 @@
 
 use super::datum::Datum;
 use super::{Frame, Method, Options};
-use crate::files::input::InputError;
-use crate::files::robot_file::{ONLY_TARGET, RobotFile};
-use crate::files::samples_file::{Kind, Reading, Readings};
+use crate::files::{InputError, Kind, ONLY_TARGET, Reading, Readings, RobotFile};
 
 /// Checks that the method takes these readings, and that both files use the same names.
 pub(crate) fn checked(

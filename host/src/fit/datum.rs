@@ -2,8 +2,7 @@
 
 use super::Frame;
 use crate::accuracy::rigid_motion::RigidMotions;
-use crate::files::input::InputError;
-use crate::files::robot_file::{DatumPoint, RobotFile};
+use crate::files::{DatumPoint, InputError, RobotFile};
 use crate::geometry::centroid;
 use crate::text::count;
 use delta_cal::frame::RigidTransform;

@@ -8,8 +8,7 @@ use super::solution::{
 use super::{Frame, Method};
 use crate::cores;
 use crate::effects::{Places, PlaneFound, PointFound};
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::files::{Kind, READINGS, Readings, RobotFile};
 use crate::halt;
 use delta_cal::calibration::{ArmOutcome, Estimate, Start, Unknowns};
 use delta_cal::frame::RigidTransform;

@@ -2,9 +2,7 @@
 
 use super::Solution;
 use crate::effects::{EffectKind, Estimated, PlaneFound, PointFound};
-use crate::files::convention::Convention;
-use crate::files::robot_file::{RobotFile, Target};
-use crate::files::samples_file::Readings;
+use crate::files::{Convention, Readings, RobotFile, Target};
 use crate::text::degrees;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Transmission;

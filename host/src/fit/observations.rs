@@ -2,8 +2,7 @@
 
 use super::Frame;
 use super::solution::{Levels, Unsolved};
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
+use crate::files::{Kind, READINGS, Reading, ReadingFrom, Readings, RobotFile};
 use crate::halt;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,

@@ -2,7 +2,7 @@
 
 use super::{Frame, Method};
 use crate::effects::{EffectKind, Estimated, OrientationNoise, Places};
-use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::files::{Kind, READINGS, Readings};
 use crate::geometry::NUMBERS;
 use delta_cal::calibration::Start;
 use delta_cal::observations::{ObservationError, PrepareError};

@@ -6,8 +6,7 @@ use super::observations::{SETTLED, USUAL_DISTANCE, is_stated, levels, tolerance}
 use super::solution::{KindNoise, Levels, Solution, Unsolved};
 use super::{Frame, Method, Options};
 use crate::effects::Estimated;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Readings};
+use crate::files::{Kind, Readings, RobotFile};
 use crate::halt;
 use delta_cal::{Noise, Real, Refusal};
 use statrs::function::gamma::ln_gamma;

@@ -3,8 +3,7 @@
 use super::Frame;
 use super::solution::Solution;
 use crate::effects::{EffectKind, Estimated};
-use crate::files::convention::Convention;
-use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use crate::files::{Convention, ONLY_TARGET, RobotFile};
 use crate::geometry::OF_ARM;
 use delta_cal::Parameter;
 use delta_cal::robot::ParameterKind;
@@ -24,6 +23,13 @@ pub struct Unknown {
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 const TURNS: [&str; 3] = ["turn_x", "turn_y", "turn_z"];
+/// The numbers of an arm's rods.
+const RODS: [(&str, &str); OF_ARM] = [
+    ("rod_difference", "mm"),
+    ("spacing_difference", "mm"),
+    ("axis_yaw", "rad"),
+    ("axis_roll", "rad"),
+];
 
 /// Collects unknowns in the order of the covariance.
 struct List<'a> {
@@ -42,9 +48,9 @@ impl List<'_> {
         });
     }
 
-    fn vector(&mut self, of: &str, names: [&str; 3], unit: &'static str, values: [f64; 3]) {
+    fn vector(&mut self, of: &str, names: [&str; 3], unit: &'static str, values: &[f64]) {
         for ((name, sign), value) in names.into_iter().zip(self.convention.axes()).zip(values) {
-            self.add(format!("{of}.{name}"), unit, sign, value);
+            self.add(format!("{of}.{name}"), unit, sign, *value);
         }
     }
 
@@ -75,47 +81,33 @@ impl List<'_> {
             "ratio" => "",
             unit => unit,
         };
-        match (kind, by) {
-            (EffectKind::Target | EffectKind::Drift, [x, y, z]) => {
-                self.vector(&name, AXES, unit, [*x, *y, *z]);
+        match kind {
+            EffectKind::Target | EffectKind::Drift => self.vector(&name, AXES, unit, by),
+            EffectKind::Move | EffectKind::Datum => {
+                self.vector(&name, AXES, unit, by);
+                self.vector(&name, TURNS, "rad", &by[3..]);
             }
-            (EffectKind::Move | EffectKind::Datum, [x, y, z, a, b, c]) => {
-                self.vector(&name, AXES, unit, [*x, *y, *z]);
-                self.vector(&name, TURNS, "rad", [*a, *b, *c]);
+            EffectKind::Eccentricity | EffectKind::SecondHarmonic => {
+                self.add(format!("{name}.cos"), unit, sense, by[0]);
+                self.add(format!("{name}.sin"), unit, 1.0, by[1]);
             }
-            (EffectKind::Eccentricity | EffectKind::SecondHarmonic, [cos, sin]) => {
-                self.add(format!("{name}.cos"), unit, sense, *cos);
-                self.add(format!("{name}.sin"), unit, 1.0, *sin);
-            }
-            (EffectKind::Tilt, by) => {
+            EffectKind::Tilt => {
                 let signs = self.convention.rods([1.0; OF_ARM]);
-                let names = [
-                    "rod_difference",
-                    "spacing_difference",
-                    "axis_yaw",
-                    "axis_roll",
-                ];
                 for (place, by) in by.iter().enumerate() {
                     let (arm, number) = (place / OF_ARM + 1, place % OF_ARM);
-                    let unit = if number < 2 { "mm" } else { "rad" };
-                    self.add(
-                        format!("arm{arm}.{}", names[number]),
-                        unit,
-                        signs[number],
-                        *by,
-                    );
+                    let (own, unit) = RODS[number];
+                    self.add(format!("arm{arm}.{own}"), unit, signs[number], *by);
                 }
             }
-            (EffectKind::Slip, [by]) => self.add(name, unit, sense, *by),
-            (_, [by]) => self.add(name, unit, 1.0, *by),
-            (kind, _) => {
-                let sign = if kind == EffectKind::Zeros {
-                    sense
-                } else {
-                    1.0
-                };
-                for (number, by) in (1..).zip(by) {
-                    self.add(format!("{name}.{number}"), unit, sign, *by);
+            kind => {
+                let turns = matches!(kind, EffectKind::Slip | EffectKind::Zeros);
+                let sign = if turns { sense } else { 1.0 };
+                for (number, own) in (1..).zip(by) {
+                    let name = match by.len() {
+                        1 => name.clone(),
+                        _ => format!("{name}.{number}"),
+                    };
+                    self.add(name, unit, sign, *own);
                 }
             }
         }
@@ -158,8 +150,8 @@ impl Solution {
         let target = facts.target_place();
         // One that datum points give is an effect.
         if let (Frame::Sensor, Some(frame)) = (self.frame, self.places.frame) {
-            list.vector("frame", AXES, "mm", frame.translation.into());
-            list.vector("frame", TURNS, "rad", [f64::NAN; 3]);
+            list.vector("frame", AXES, "mm", frame.translation.as_slice());
+            list.vector("frame", TURNS, "rad", &[f64::NAN; 3]);
         }
         let [_, _, z] = list.convention.axes();
         for (name, own) in readings.planes.iter().zip(&self.places.planes) {
@@ -171,7 +163,7 @@ impl Solution {
         }
         for (name, own) in readings.points.iter().zip(&self.places.points) {
             let of = format!("point.{name}");
-            list.vector(&of, AXES, "mm", (own.place + target).into());
+            list.vector(&of, AXES, "mm", (own.place + target).as_slice());
             let mut stated = facts.points.iter();
             if stated.any(|stated| stated.name == *name && stated.offset_unknown) {
                 list.add(format!("{of}.offset"), "mm", 1.0, own.offset);

@@ -3,7 +3,7 @@
 
 use super::settings::Settings;
 use super::{Firmware, Includes};
-use crate::files::input::{InputError, InputText};
+use crate::files::{InputError, InputText};
 
 /// The deepest level of includes.
 const DEEPEST: usize = 64;

@@ -13,8 +13,7 @@
 
 use super::stated::{Table, finite};
 use super::{Firmware, Imported, OF_PROBE};
-use crate::files::input::{InputError, InputText};
-use crate::files::samples_file::{Reading, Readings, Row};
+use crate::files::{InputError, InputText, Reading, Readings, Row};
 use delta_cal::Real;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;

@@ -6,8 +6,7 @@ use super::probe::Probe;
 use super::rotary::{M666, M669, of_gcode};
 use super::settings::Settings;
 use super::{Firmware, Includes, Stated};
-use crate::files::input::{InputError, InputText};
-use crate::files::samples_file::Readings;
+use crate::files::{InputError, InputText, Readings};
 
 /// The largest trim of a rod, mm: B as a bed radius is larger.
 const LARGEST_TRIM: f64 = 10.0;

@@ -3,10 +3,9 @@
 use super::probe::Probe;
 use super::settings::Settings;
 use super::{Firmware, Length, Stated};
-use crate::files::columns::Quantity;
-use crate::files::input::InputError;
-use crate::files::robot_file::{KnownPlane, RobotFile, Target};
-use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
+use crate::files::{
+    InputError, Kind, KnownPlane, Quantity, Reading, ReadingFrom, Readings, RobotFile, Row, Target,
+};
 use crate::geometry::{Parallelograms, Region, Shape, range, reaches_anywhere};
 use crate::text::rounded;
 use delta_cal::kinematics::JointLimits;

@@ -8,8 +8,7 @@ use super::rotary::without_towers;
 use super::settings::Settings;
 use super::stated::finite;
 use super::{Includes, Stated};
-use crate::files::input::{InputError, InputText};
-use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
+use crate::files::{InputError, InputText, Reading, ReadingFrom, Readings, Row};
 use crate::geometry::Shape;
 use std::f64::consts::TAU;
 

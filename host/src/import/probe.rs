@@ -2,7 +2,7 @@
 
 use super::settings::Settings;
 use super::{Firmware, Imported};
-use crate::files::input::InputError;
+use crate::files::InputError;
 
 /// A probe is this far above the bed between touches if nothing says that it has to be higher, mm.
 const USUAL_CLEARANCE: f64 = 10.0;

@@ -3,8 +3,7 @@
 use super::imported::{Imported, Machine};
 use super::settings::Settings;
 use super::{Firmware, Stated};
-use crate::files::input::{InputError, InputText};
-use crate::files::samples_file::Readings;
+use crate::files::{InputError, InputText, Readings};
 use crate::geometry::Shape;
 
 pub(super) const M666: &str = "M666";

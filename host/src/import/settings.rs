@@ -1,7 +1,7 @@
 //! The values that a configuration states, each with its place: `[printer] delta_radius`, `M665 L`.
 
 use super::Firmware;
-use crate::files::input::InputError;
+use crate::files::InputError;
 use std::collections::BTreeMap;
 
 /// A value and its place.

@@ -1,8 +1,6 @@
 //! Values that a printer's owner states beside the configuration: `345±0.1mm`, `100=98.5`, `0.3%`.
 
-use crate::files::columns;
-use crate::files::input::{InputError, InputText};
-use crate::files::length::Measured;
+use crate::files::{InputError, InputText, columns, length::Measured};
 use serde::Deserialize;
 
 /// Values that the owner states beside the configuration. Lengths in mm.

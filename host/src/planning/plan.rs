@@ -8,7 +8,7 @@ use super::selection::Selection;
 use super::setup::{Planned, Setup};
 use crate::accuracy::information::parameters;
 use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses};
-use crate::files::samples_file::ReadingFrom;
+use crate::files::ReadingFrom;
 use crate::fit::Frame;
 use crate::fit::solution::RobotCovariance;
 use crate::geometry::below;

@@ -1,8 +1,7 @@
 //! What a plan may contain, and in which order it is measured.
 
 use super::PlanError;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Kind as ReadingKind;
+use crate::files::{Kind as ReadingKind, RobotFile};
 use crate::fit::Frame;
 use crate::geometry::Region;
 use crate::halt::Steps;

@@ -10,7 +10,7 @@ use super::request::{Kind, Wishes};
 use super::selection::{Selection, drawn};
 use super::setup::{Planned, Setup};
 use crate::cores;
-use crate::files::samples_file::{Reading, ReadingFrom};
+use crate::files::{Reading, ReadingFrom};
 use crate::fit::solution::RobotCovariance;
 use crate::geometry::below;
 use crate::halt::Steps;

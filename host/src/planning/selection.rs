@@ -1,7 +1,7 @@
 //! The allowed poses: within the limits with a margin, clear of singularities, and in the requested region.
 
 use super::PlanError;
-use crate::files::robot_file::RobotFile;
+use crate::files::RobotFile;
 use crate::geometry::{Reach, forearm_angle, range};
 use crate::geometry::{Region, uniform};
 use delta_cal::kinematics::{JointLimits, SingularityDistance};

@@ -4,8 +4,9 @@ use super::request::{Kind, PlanRequest};
 use crate::accuracy::rigid_motion;
 use crate::accuracy::uncertainty::inside;
 use crate::effects::{Places, PlaneFound, PointFound, USUAL_TURN};
-use crate::files::robot_file::{ONLY_TARGET, RobotFile, Target};
-use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
+use crate::files::{
+    Kind as ReadingKind, ONLY_TARGET, Reading, ReadingFrom, Readings, RobotFile, Target,
+};
 use crate::fit::datum::Datum;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
 use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};

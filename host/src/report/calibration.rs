@@ -9,7 +9,7 @@ pub(super) use text::verdict;
 use crate::calibration::refusal::CalibrateError;
 pub use crate::calibration::report::*;
 use crate::explain::Diagnosis;
-use crate::files::samples_file::Readings;
+use crate::files::Readings;
 use maud::Markup;
 use serde::Serialize;
 

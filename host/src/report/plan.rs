@@ -3,8 +3,7 @@
 
 use super::Versioned;
 use crate::accuracy::uncertainty::ExpectedError;
-use crate::files::columns::Quantity;
-use crate::files::convention::Convention;
+use crate::files::{Convention, Quantity};
 use crate::fit::Frame;
 use crate::geometry::range;
 use crate::planning::{Determined, Kind, Order, PLANE, Plan, Planned, Precision};

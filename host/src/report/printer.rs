@@ -2,8 +2,7 @@
 
 use super::calibration::{Report, verdict};
 use crate::calibration::refusal::{CalibrateError, Refused};
-use crate::files::input::InputError;
-use crate::files::samples_file::Kind;
+use crate::files::{InputError, Kind};
 use crate::finding::Level;
 use crate::fit::solution::KindNoise;
 use crate::import::{Firmware, Imported};

@@ -2,8 +2,7 @@
 
 use super::{Versioned, repeatability};
 use crate::explain::Step;
-use crate::files::document::Document;
-use crate::files::samples_file::Kind;
+use crate::files::{Document, Kind};
 use crate::fit::Frame;
 use crate::order::{MANY, shown};
 use crate::render::page::{self, figure};

@@ -2,7 +2,7 @@
 
 use super::Versioned;
 use crate::accuracy::information::parameters;
-use crate::files::convention::Convention;
+use crate::files::Convention;
 use crate::geometry::Limit;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Section, Table, terminal};

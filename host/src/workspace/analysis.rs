@@ -6,8 +6,7 @@ use super::{
     WorkspaceError, cylinders,
 };
 use crate::cores;
-use crate::files::convention::Convention;
-use crate::files::robot_file::RobotFile;
+use crate::files::{Convention, RobotFile};
 use crate::geometry::Limit;
 use crate::order;
 use delta_cal::kinematics::SingularityDistance;

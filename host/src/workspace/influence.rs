@@ -4,7 +4,7 @@ use super::Workspace;
 use super::surface::{Surface, Varied};
 use crate::accuracy::information::{parameters, prior_covariance};
 use crate::cores;
-use crate::files::convention::Convention;
+use crate::files::Convention;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Tolerance};
 use nalgebra::SVector;

@@ -5,7 +5,7 @@
 //! within a cell.
 
 use super::{BoundaryPoint, Workspace};
-use crate::files::convention::Convention;
+use crate::files::Convention;
 use mcubes::{MarchingCubes, MeshSide};
 use std::collections::HashMap;
 

@@ -2,7 +2,6 @@
 
 mod papers;
 mod release;
-mod uf2;
 
 use delta_cal_verify::{REQUIRE, at_root, is_here, tail};
 use release::{PARTS, PRELUDE, PYTHON, WEB};
@@ -192,8 +191,11 @@ fn main() -> ExitCode {
     let begin = Instant::now();
     let mut failed = Vec::new();
     match arguments[..] {
-        ["write-papers", target, folder] => return done(papers::write(target, Path::new(folder))),
-        ["write-uf2", program, into] => return done(uf2::write(program, into)),
+        ["write-papers", target, folder] => {
+            let written = papers::write(target, Path::new(folder));
+            let written = written.inspect_err(|error| eprintln!("{error}"));
+            return ExitCode::from(u8::from(written.is_err()));
+        }
         ["release"] => {
             install(&TARGETS, &[&PROGRAMS[..], &FOR_PYTHON, &FOR_WEB].concat());
             failed.extend(release::parts().filter_map(in_silence));
@@ -238,15 +240,6 @@ fn main() -> ExitCode {
     }
     println!("failed: {}  {seconds:.0} s", failed.join(", "));
     ExitCode::FAILURE
-}
-
-/// The exit code of what scripts call.
-fn done(result: Result<(), String>) -> ExitCode {
-    if let Err(error) = result {
-        eprintln!("{error}");
-        return ExitCode::FAILURE;
-    }
-    ExitCode::SUCCESS
 }
 
 /// Installs what stages need besides Rust. If that fails, they report what is missing.

@@ -205,15 +205,19 @@ follow 'The Python package'
 
 const BOARD: Stage = Stage {
     name: "board",
-    about: "the controller for a real board, Raspberry Pi Pico 2, as UF2",
+    about: "the controller for a real board, Raspberry Pi Pico 2, as UF2 (python3)",
     commands: &[
         "rustup target add thumbv8m.main-none-eabihf",
         "cargo build --quiet --locked --release --manifest-path firmware-example/boards/pico2/Cargo.toml \
          --target thumbv8m.main-none-eabihf --target-dir target/pico2",
-        "
-cargo verify write-uf2 target/pico2/thumbv8m.main-none-eabihf/release/delta-cal-pico2 \
-  \"$release/delta-cal-pico2.uf2\"
-",
+        // From where the processor sees its flash memory.
+        r#"
+tool=target/uf2/bin/uf2conv
+test -x $tool || { python3 -m venv --clear target/uf2 && target/uf2/bin/pip install --quiet 'adafruit-uf2>=1,<2'; }
+program=target/pico2/thumbv8m.main-none-eabihf/release/delta-cal-pico2
+"$(rustc --print sysroot)/lib/rustlib/$host/bin/rust-objcopy" --output-target=binary $program $program.bin
+$tool $program.bin --convert --base 0x10000000 --family RP2350_ARM_S --output "$release/delta-cal-pico2.uf2"
+"#,
     ],
 };
 

@@ -81,6 +81,11 @@ pub fn percent(value: f64) -> String {
     text.replace('-', "−")
 }
 
+/// To a tenth; −0 is 0.
+pub fn tenths(value: f64) -> f64 {
+    (10.0 * value).round() / 10.0 + 0.0
+}
+
 /// 9 decimals, without trailing zeros.
 pub fn rounded(value: f64) -> String {
     let text = format!("{value:.9}");

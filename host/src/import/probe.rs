@@ -3,6 +3,7 @@
 use super::settings::Settings;
 use super::{Firmware, Imported};
 use crate::files::InputError;
+use crate::text::tenths;
 
 /// A probe is this far above the bed between touches if nothing says that it has to be higher, mm.
 const USUAL_CLEARANCE: f64 = 10.0;
@@ -72,7 +73,10 @@ impl Imported {
         let [beside_x, beside_y] = self.probe.offset.unwrap_or_default();
         let touch = |[x, y]: &[f64; 2]| match self.firmware {
             // Marlin moves the probe there, not the nozzle.
-            Firmware::Marlin => format!("G30 X{:.1} Y{:.1}", x + beside_x, y + beside_y),
+            Firmware::Marlin => {
+                let [x, y] = [x + beside_x, y + beside_y].map(tenths);
+                format!("G30 X{x:.1} Y{y:.1}")
+            }
             _ => format!("G1 X{x:.1} Y{y:.1} F3000\n{}", words.touch),
         };
         let touches = places.iter().map(touch);

@@ -13,7 +13,7 @@ use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
 use crate::order;
-use crate::text::{degrees, in_words, joint, rounded};
+use crate::text::{degrees, in_words, joint, rounded, tenths};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
@@ -386,9 +386,7 @@ impl Setup {
             let heights = rows.iter().filter_map(|row| row.height);
             let heights = heights.filter(|(plane, _)| *plane == index);
             // Nominal heights of the blocks, to a tenth of a millimetre.
-            let mut heights: Vec<_> = heights
-                .map(|(_, height)| (10.0 * height).round() / 10.0 + 0.0)
-                .collect();
+            let mut heights: Vec<_> = heights.map(|(_, height)| tenths(height)).collect();
             order::sort(&mut heights);
             heights.dedup_by(|one, other| (*one - *other).abs() < SAME);
             plane.blocks = match heights.len() {

@@ -8,6 +8,7 @@ use crate::fit::solution::RobotCovariance;
 use crate::halt;
 use crate::import::{Imported, OF_PROBE};
 use crate::planning::covariance_after;
+use crate::text::tenths;
 use delta_cal::Real;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -144,7 +145,8 @@ pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>)
     let out = f64::min(OUT * radius, radius - imported.probe.distance());
     let places = bed(out.max(0.0), circles, ON_A_CIRCLE);
     let (places, _) = chosen((robot, OF_PROBE), &imported.readings, places, count, leaves);
-    (radius, places)
+    let places = places.into_iter().map(|own| own.map(tenths));
+    (radius, places.collect())
 }
 
 /// The distances of `DELTA_ANALYZE`: six from the centre to the pillars, six between the pillars.

@@ -85,7 +85,8 @@ fn places(plan: &Plan) -> Vec<String> {
         let at: Vec<_> = own.map(|own| own.position_mm).collect();
         let range = |axis: usize| {
             let (least, most) = range(at.iter().map(|place| place[axis]));
-            format!("{:.0} to {:.0}", least + 0.0, most + 0.0)
+            let [least, most] = [least, most].map(|own| own.round() + 0.0);
+            format!("{least:.0} to {most:.0}")
         };
         let blocks: Vec<_> = plane.blocks.iter().map(|block| rounded(*block)).collect();
         if !at.is_empty() {

@@ -131,6 +131,7 @@ fn touches_of_the_bed_are_planned_in_machine_coordinates() {
         folder.run(&plan).ok();
         let commands = folder.read("touches.gcode");
         assert_eq!(commands.matches(command).count(), 9, "{commands}");
+        assert!(!commands.contains("-0.0"), "{commands}");
         assert!(
             commands.starts_with("; To stop at once: M112"),
             "{commands}"

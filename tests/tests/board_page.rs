@@ -13,7 +13,7 @@ fn blocks<'a>(page: &'a str, language: &str, part: &str) -> Vec<&'a str> {
     found
 }
 
-/// Without and with the gears of the joints, and as tasks of Embassy.
+/// Without the gears of the joints, and with them and as tasks of Embassy.
 #[test]
 fn its_code_compiles_with_what_it_lists() {
     if !have(&[TARGET]) {
@@ -41,11 +41,10 @@ fn its_code_compiles_with_what_it_lists() {
     let usual = listed("[dependencies]");
     let without = usual.replace(", features = [\"transmission\"]", "");
     assert_ne!(usual, without, "the page lists the feature");
-    let embassy = usual.clone() + &listed("embassy-executor");
+    let embassy = usual + &listed("embassy-executor");
     // The versions of everything else here.
     let [own, of_pico] = ["Cargo.lock", "firmware-example/boards/pico2/Cargo.lock"];
     for (dependencies, code, lock) in [
-        (usual, code.to_owned(), own),
         (without, code.to_owned(), own),
         (embassy, code.to_owned() + &tasks, of_pico),
     ] {

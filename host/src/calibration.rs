@@ -143,16 +143,21 @@ fn refused(
     diagnosis: Option<Diagnosis>,
 ) -> CalibrateError {
     let by_one = || Some(found?.explained(case)?.text);
+    let shifted = || {
+        let best = found?.best.as_ref()?;
+        let rows = &best.hypothesis.rows;
+        Some(shifted(&best.solution, case.readings, rows)?.text)
+    };
     let hint = diagnosis.is_none().then(|| match objection {
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
         // Twelve numbers of the rods explain some of what a single cause does.
         // A mistake in all rows looks like many wrong ones.
         _ => mistake(case, found)
+            .or_else(shifted)
             .or_else(by_one)
             .or_else(|| explained_by_rods(case))
-            .or_else(|| Some(beside_the_platform_point(case)?.text))
-            .or_else(|| shifted(case)),
+            .or_else(|| Some(beside_the_platform_point(case)?.text)),
     });
     explained(case, objection, hint.flatten(), diagnosis)
 }

@@ -255,7 +255,7 @@ impl Found {
     /// By what an estimated noise exceeds the one that the best explanation leaves, if it does.
     pub(crate) fn excess(&self) -> Option<f64> {
         let best = self.best.as_ref()?;
-        let excess = best.excess(&self.base);
+        let excess = (0.5 * (self.base.spread - best.spread)).exp();
         (excess > EXPLAINED && best.is_in_residuals(&self.base)).then_some(excess)
     }
 

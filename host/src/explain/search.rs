@@ -23,6 +23,8 @@ const OF_FEW_ROWS: (usize, usize) = (24, 4);
 const MOST: usize = 3;
 /// Sets of faults that are extended.
 const BEAM: usize = 2;
+/// χ² that the play of each further joint must explain: 3 σ.
+const FURTHER_JOINT: f64 = 9.0;
 /// A first-order gain may be this much too small.
 const FIRST_ORDER: f64 = 0.5;
 /// Explanations whose cost is within this of the best are named as well.
@@ -46,6 +48,10 @@ const NARROWINGS: u32 = 8;
 const PLAUSIBLE: f64 = 51.0;
 /// Touches that show a surface's shape, for each of its waves.
 const TOUCHES_FOR_EACH: usize = 2;
+/// Most rows of which each is taken back in turn: a robust fit suspects too many rather than too few.
+const MOST_RESTORED: usize = 12;
+/// Ways of choosing rows beyond which their chance is less than rounding shows.
+const MOST_WAYS: f64 = 1e9;
 /// Rows on either side of a move.
 const LEAST_ROWS: usize = 2;
 
@@ -59,7 +65,7 @@ pub(crate) struct Fitted {
     /// Σ r² in units of a stated noise, and the rest of −2 log of the likelihood: of an estimated noise, for each degree of
     /// freedom, of the prior, and the penalty for the hypothesis.
     squares: f64,
-    spread: f64,
+    pub(super) spread: f64,
     prior: f64,
     penalty: f64,
     freedom: f64,
@@ -67,12 +73,14 @@ pub(crate) struct Fitted {
     of_robot: f64,
 }
 
-/// What fits are compared with: the least residuals over a stated noise; of an estimated one the fewest degrees of freedom,
-/// because beside a large noise the prior determines parameters that the readings determine beside a small one.
+/// What fits are compared with: the least residuals over a stated noise; of an estimated one, the fit that leaves the fewest
+/// degrees of freedom, because beside a large noise the prior determines parameters that the readings determine beside a small
+/// one.
 #[derive(Clone, Copy)]
 struct Scale {
     misfit: f64,
     freedom: f64,
+    spread: f64,
 }
 
 impl Scale {
@@ -80,19 +88,31 @@ impl Scale {
         let none = Self {
             misfit: f64::INFINITY,
             freedom: f64::INFINITY,
+            spread: 0.0,
         };
-        all.into_iter().fold(none, |least, own| Self {
-            misfit: least.misfit.min(own.misfit()),
-            freedom: least.freedom.min(own.of_robot),
+        all.into_iter().fold(none, |least, own| {
+            let misfit = least.misfit.min(own.misfit());
+            let (freedom, spread) = (own.of_robot, own.spread);
+            if freedom < least.freedom {
+                Self {
+                    misfit,
+                    freedom,
+                    spread,
+                }
+            } else {
+                Self { misfit, ..least }
+            }
         })
     }
 }
 
 impl Fitted {
-    /// Where residuals exceed the stated noise this many times, they count as noise.
+    /// Where residuals exceed the stated noise this many times, they count as noise. The likelihood falls with the logarithm
+    /// of an estimated noise as there are degrees of freedom, on average of those at both noises.
     fn score(&self, scale: Scale) -> f64 {
-        let of_noise = self.squares / (scale.misfit * scale.misfit) + self.spread * scale.freedom;
-        of_noise + self.prior + self.penalty
+        let spread = 0.5 * (self.of_robot + scale.freedom) * (self.spread - scale.spread);
+        let squares = self.squares / (scale.misfit * scale.misfit);
+        squares + spread + self.prior + self.penalty
     }
 
     /// Whether the residuals show it, and not the prior alone: a wrong scale, too, explains a wrong length of the file.
@@ -100,11 +120,6 @@ impl Fitted {
         let scale = Scale::of([self]);
         let without_prior = |own: &Self| own.score(scale) - own.prior - own.penalty;
         without_prior(base) - without_prior(self) > base.prior - self.prior
-    }
-
-    /// An estimated noise without it, over the one with it.
-    pub(super) fn excess(&self, base: &Self) -> f64 {
-        (0.5 * (base.spread - self.spread)).exp()
     }
 
     /// Whether the residuals are no larger than a stated noise.
@@ -236,7 +251,8 @@ pub(super) fn explains(changed: &Case<'_>, found: Option<&Found>) -> Option<f64>
     let own = Search::of(changed).fitted(Hypothesis::default())?;
     let scale = Scale {
         misfit: 1.0,
-        ..Scale::of([&own])
+        freedom: found.map_or(own.of_robot, |before| before.base.of_robot),
+        spread: 0.0,
     };
     let score = own.score(scale);
     let better = found.is_none_or(|before| score + CLEARLY < before.base.score(scale));
@@ -273,7 +289,7 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         if depth == 0 {
             let rows = scan.suspected();
             if !rows.is_empty() {
-                next.extend(search.fitted(Hypothesis::without(&rows)));
+                next.extend(search.settled(Hypothesis::without(&rows)));
             }
         }
         // What explains a stated noise needs no further fault, and a wrong number of the robot file is corrected first.
@@ -385,10 +401,17 @@ impl<'a> Search<'a> {
             }
         }
         if backlash > 0 {
-            sum += self.penalty(backlash, self.alike(Some(EffectKind::Backlash)));
+            let further = FURTHER_JOINT * f64::from(backlash - 1);
+            sum += self.penalty(1, self.alike(Some(EffectKind::Backlash))) + further;
         }
-        let rows = hypothesis.rows.len() as f64;
-        sum + rows * self.penalty(3, self.alike(None))
+        let rows = hypothesis.rows.len();
+        let each = rows as f64 * self.penalty(3, self.alike(None));
+        if self.levels.is_none() || rows < 2 {
+            return sum + each;
+        }
+        // Of few rows, those that agree best by chance show hardly any noise.
+        let ways = (0..rows).map(|row| (self.rows - row) as f64 / (row + 1) as f64);
+        sum + each.max(self.penalty(3 * rows, ways.product::<f64>().min(MOST_WAYS)))
     }
 
     /// Fits the robot and the hypothesis.
@@ -527,39 +550,53 @@ impl<'a> Search<'a> {
         factors.fold(1.0, f64::max)
     }
 
-    /// The same with its last step at the row where it fits best.
+    /// The same with its last step at the row where it fits best, or with as few rows alone as are wrong.
     fn settled(&self, hypothesis: Hypothesis) -> Option<Fitted> {
+        // A fit that has not converged continues where it was: no row is tried twice, or it would never end.
+        let mut tried = vec![hypothesis.clone()];
         let mut best = self.fitted(hypothesis)?;
-        let steps = |own: &Fitted| {
-            let last = own.hypothesis.effects.last().copied();
-            last.filter(|own| own.kind.is_step())
-        };
-        while let Some(step) = steps(&best) {
-            let beside = [step.index.checked_sub(1), Some(step.index + 1)];
-            let beside = beside.into_iter().flatten().filter(|row| {
-                let fitted = |row: &usize| !best.left_out.contains(row);
-                let before = (0..*row).filter(fitted).count();
-                let all = (0..self.rows).filter(fitted).count();
-                let least = if step.kind == EffectKind::Move {
-                    LEAST_ROWS
-                } else {
-                    1
-                };
-                (least..=all.saturating_sub(least)).contains(&before)
-            });
-            let moved = beside.filter_map(|row| {
-                let mut hypothesis = best.hypothesis.clone();
-                *hypothesis.effects.last_mut()? = step.at(row);
-                self.fitted(hypothesis)
-            });
+        loop {
             let scale = Scale::of([&best]);
-            let next = moved.min_by(|a, b| a.score(scale).total_cmp(&b.score(scale)));
-            match next {
+            let mut others = self.beside(&best);
+            others.retain(|own| !tried.contains(own));
+            tried.extend(others.iter().cloned());
+            let others = others.into_iter().filter_map(|own| self.fitted(own));
+            match others.min_by(|a, b| a.score(scale).total_cmp(&b.score(scale))) {
                 Some(next) if next.score(scale) < best.score(scale) => best = next,
-                _ => break,
+                _ => return Some(best),
             }
         }
-        Some(best)
+    }
+
+    /// Its last step a row earlier and later; of rows alone, all but one.
+    fn beside(&self, best: &Fitted) -> Vec<Hypothesis> {
+        let Hypothesis { effects, rows, .. } = &best.hypothesis;
+        let Some(step) = effects.last() else {
+            let several = (2..=MOST_RESTORED).contains(&rows.len());
+            let fewer = rows.iter().filter(|_| several).map(|row| {
+                let left: Vec<_> = rows.iter().copied().filter(|own| own != row).collect();
+                Hypothesis::without(&left)
+            });
+            return fewer.collect();
+        };
+        let least = match step.kind {
+            EffectKind::Move => LEAST_ROWS,
+            EffectKind::Slip => 1,
+            _ => return Vec::new(),
+        };
+        let fitted = |row: &usize| !best.left_out.contains(row);
+        let all = (0..self.rows).filter(fitted).count();
+        let beside = [step.index.checked_sub(1), Some(step.index + 1)];
+        let beside = beside.into_iter().flatten().filter(|row| {
+            let before = (0..*row).filter(fitted).count();
+            (least..=all.saturating_sub(least)).contains(&before)
+        });
+        let moved = beside.filter_map(|row| {
+            let mut hypothesis = best.hypothesis.clone();
+            *hypothesis.effects.last_mut()? = step.at(row);
+            Some(hypothesis)
+        });
+        moved.collect()
     }
 
     /// The best hypotheses of each kind beside those of a state, to first order.
@@ -610,14 +647,12 @@ impl<'a> Search<'a> {
         };
         for mut gains in kinds {
             gains.retain(|own| own.0 > least);
-            let penalty = |own: &Hypothesis| {
-                let unknowns = own.unknowns() + 3 * own.rows.len();
-                self.penalty(unknowns, self.alike(own.kind()))
-            };
             // Of a backlash, each set of joints gains at least as much as every part of it.
-            order::sort_by(&mut gains, |(gain, own)| penalty(own) - gain / variance);
+            order::sort_by(&mut gains, |(gain, own)| {
+                self.penalties(own) - gain / variance
+            });
             for (gain, hypothesis) in gains.into_iter().take(most) {
-                if gain / variance > FIRST_ORDER * penalty(&hypothesis)
+                if gain / variance > FIRST_ORDER * self.penalties(&hypothesis)
                     && let Some(both) = state.hypothesis.and(&original(hypothesis))
                 {
                     chosen.push(both);

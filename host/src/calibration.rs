@@ -111,10 +111,12 @@ fn explained_otherwise(
         return Err(Objection::Unsolved(objection));
     }
     let beyond = judged.tolerance.filter(|own| own.test.contradicts());
-    let understated = is_understated(&judged.solution);
-    let explained = (beyond.is_some() || understated)
-        .then(explanation)
+    // What is no cause, such as wrong rows or a wrong length, makes an estimated noise larger.
+    let unsaid = (suspected == 0 && judged.causes.found.is_empty())
+        .then(|| found?.excess())
         .flatten();
+    let contradicted = beyond.is_some() || unsaid.is_some() || is_understated(&judged.solution);
+    let explained = contradicted.then(explanation).flatten();
     if !explained.as_ref().is_some_and(|own| own.is_scale) {
         // Causes are findings of their own.
         let explained = explained.filter(|_| judged.causes.found.is_empty());
@@ -127,7 +129,7 @@ fn explained_otherwise(
     }
     let ratios = judged.noise.iter().map(|test| test.ratio);
     #[expect(clippy::cast_possible_truncation, reason = "two digits are shown")]
-    let ratio = ratios.fold(0.0, f64::max) as f32;
+    let ratio = ratios.fold(unsaid.unwrap_or_default(), f64::max) as f32;
     let refusal = Refusal::ResidualContradictsNoise { arm: None, ratio };
     Err(Objection::Unsolved(refusal.into()))
 }
@@ -139,16 +141,21 @@ fn refused(
     diagnosis: Option<Diagnosis>,
 ) -> CalibrateError {
     let by_one = || Some(found?.explained(case)?.text);
+    let shifted = || {
+        let best = found?.best.as_ref()?;
+        let rows = &best.hypothesis.rows;
+        Some(shifted(&best.solution, case.readings, rows)?.text)
+    };
     let hint = diagnosis.is_none().then(|| match objection {
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
         // Twelve numbers of the rods explain some of what a single cause does.
         // A mistake in all rows looks like many wrong ones.
         _ => mistake(case, found)
+            .or_else(shifted)
             .or_else(by_one)
             .or_else(|| explained_by_rods(case))
-            .or_else(|| Some(beside_the_platform_point(case)?.text))
-            .or_else(|| shifted(case)),
+            .or_else(|| Some(beside_the_platform_point(case)?.text)),
     });
     explained(case, objection, hint.flatten(), diagnosis)
 }

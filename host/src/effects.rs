@@ -311,7 +311,7 @@ impl At {
 pub(crate) struct Place {
     /// −1 or 1 for each joint: the direction of its last move; 0 before its first move.
     pub(crate) directions: [f64; 3],
-    /// From −½ in the first row to ½ in the last.
+    /// From 0 in the first row to 1 in the last.
     pub(crate) part: f64,
     /// Squared distance from the robot's axis, 1 at the largest in the file.
     pub(crate) radius_squared: f64,
@@ -376,7 +376,7 @@ impl Course {
             };
             Place {
                 directions: readings.directions_at(row, &mut moves),
-                part: share(index as f64, last) - 0.5,
+                part: share(index as f64, last),
                 radius_squared: share(squared, largest),
                 scaled: if row.value.height.is_none() { 1.0 } else { 0.0 },
                 touched: row.value.kind() == Some(Kind::Height),
@@ -401,7 +401,7 @@ impl Course {
     pub(crate) fn anywhere(&self, at: &At, directions: [f64; 3]) -> Self {
         let place = Place {
             directions,
-            part: -0.5,
+            part: 0.0,
             radius_squared: share(at.position.xy().norm_squared(), self.largest),
             scaled: 1.0,
             ..Place::default()

@@ -252,6 +252,13 @@ impl Found {
             .is_some()
     }
 
+    /// By what an estimated noise exceeds the one that the best explanation leaves, if it does.
+    pub(crate) fn excess(&self) -> Option<f64> {
+        let best = self.best.as_ref()?;
+        let excess = (0.5 * (self.base.spread - best.spread)).exp();
+        (excess > EXPLAINED && best.is_in_residuals(&self.base)).then_some(excess)
+    }
+
     /// The explanations, if they leave nothing else to explain.
     pub(crate) fn explained(&self, case: &Case<'_>) -> Option<Explained> {
         let best = self.best.as_ref()?;

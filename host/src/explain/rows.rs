@@ -3,9 +3,9 @@
 use crate::accuracy::quantiles::median;
 use crate::accuracy::tilt::{CENTRAL, usual};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Reading;
+use crate::files::samples_file::{Reading, Readings};
 use crate::finding::{Finding, warning};
-use crate::fit::{Case, Frame, Options, Solution, solve};
+use crate::fit::{Case, Frame, Solution, solve};
 use crate::geometry::Parallelograms;
 use delta_cal::Sample;
 use nalgebra::Vector3;
@@ -20,15 +20,23 @@ const SHIFTED: f64 = 0.1;
 /// σ of rods that are to explain readings, mm and radians.
 const EXPLAINING: [f64; 2] = [0.3, 0.005];
 
-/// Rows whose positions belong to the joints of their neighbours, because a row is missing or duplicated, among the rows
-/// that a robust fit rejected.
+/// Rows that a robust fit rejected, as [`shifted`].
 pub(crate) fn shifted_rows(solution: &Solution) -> Option<Finding> {
-    let readings = &solution.readings;
     let rows = solution.rows.iter().enumerate();
     let suspected: Vec<_> = rows
         .filter(|(_, fit)| fit.suspected)
         .map(|(index, _)| index)
         .collect();
+    shifted(solution, &solution.readings, &suspected)
+}
+
+/// Rows whose positions belong to the joints of their neighbours, because a row is missing or duplicated, among those that
+/// disagree with a solution.
+pub(crate) fn shifted(
+    solution: &Solution,
+    readings: &Readings,
+    suspected: &[usize],
+) -> Option<Finding> {
     let first = *suspected.first().filter(|_| suspected.len() >= FEWEST)?;
     // Median distance between positions and the robot at the joints of another row.
     let apart = |by: isize| -> Option<f64> {
@@ -57,20 +65,6 @@ pub(crate) fn shifted_rows(solution: &Solution) -> Option<Finding> {
         json!({ "line": line, "belongs_to": belongs_to }),
         text,
     ))
-}
-
-/// The same of readings that are refused: which rows belong to others is what a robust fit says.
-pub(crate) fn shifted(case: &Case<'_>) -> Option<String> {
-    if case.options.robust || case.robot.tolerance.is_none() {
-        return None;
-    }
-    let robust = Options {
-        robust: true,
-        method: None,
-        ..case.options
-    };
-    let solution = solve(case.robot, case.readings, &robust).ok()?;
-    Some(shifted_rows(&solution)?.text)
 }
 
 /// Fewest points that show an offset.

@@ -61,10 +61,6 @@ impl Hypothesis {
         (both != *self).then_some(both)
     }
 
-    pub(super) fn kind(&self) -> Option<EffectKind> {
-        self.effects.first().map(|own| own.kind)
-    }
-
     pub(super) fn unknowns(&self) -> usize {
         self.effects.iter().map(Effect::unknowns).sum()
     }

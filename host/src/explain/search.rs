@@ -23,6 +23,8 @@ const OF_FEW_ROWS: (usize, usize) = (24, 4);
 const MOST: usize = 3;
 /// Sets of faults that are extended.
 const BEAM: usize = 2;
+/// χ² that the play of each further joint must explain: 3 σ.
+const FURTHER_JOINT: f64 = 9.0;
 /// A first-order gain may be this much too small.
 const FIRST_ORDER: f64 = 0.5;
 /// Explanations whose cost is within this of the best are named as well.
@@ -46,6 +48,10 @@ const NARROWINGS: u32 = 8;
 const PLAUSIBLE: f64 = 51.0;
 /// Touches that show a surface's shape, for each of its waves.
 const TOUCHES_FOR_EACH: usize = 2;
+/// Most rows of which each is taken back in turn: a robust fit suspects too many rather than too few.
+const MOST_RESTORED: usize = 12;
+/// Ways of choosing rows beyond which their chance is less than rounding shows.
+const MOST_WAYS: f64 = 1e9;
 /// Rows on either side of a move.
 const LEAST_ROWS: usize = 2;
 
@@ -54,26 +60,66 @@ const LEAST_ROWS: usize = 2;
 pub(crate) struct Fitted {
     pub(crate) hypothesis: Hypothesis,
     pub(crate) solution: Solution,
-    /// Σ r² in units of a stated noise, and the rest of −2 log of the likelihood: of an estimated noise, of the prior, and
-    /// the penalty for the hypothesis.
+    /// Rows that were not fitted: those of the hypothesis, and those before the first move of a joint with backlash.
+    left_out: Vec<usize>,
+    /// Σ r² in units of a stated noise, and the rest of −2 log of the likelihood: of an estimated noise, for each degree of
+    /// freedom, of the prior, and the penalty for the hypothesis.
     squares: f64,
-    spread: f64,
+    pub(super) spread: f64,
     prior: f64,
     penalty: f64,
     freedom: f64,
+    /// The same of the robot alone, with all rows.
+    of_robot: f64,
+}
+
+/// What fits are compared with: the least residuals over a stated noise; of an estimated one, the fit that leaves the fewest
+/// degrees of freedom, because beside a large noise the prior determines parameters that the readings determine beside a small
+/// one.
+#[derive(Clone, Copy)]
+struct Scale {
+    misfit: f64,
+    freedom: f64,
+    spread: f64,
+}
+
+impl Scale {
+    fn of<'a>(all: impl IntoIterator<Item = &'a Fitted>) -> Self {
+        let none = Self {
+            misfit: f64::INFINITY,
+            freedom: f64::INFINITY,
+            spread: 0.0,
+        };
+        all.into_iter().fold(none, |least, own| {
+            let misfit = least.misfit.min(own.misfit());
+            let (freedom, spread) = (own.of_robot, own.spread);
+            if freedom < least.freedom {
+                Self {
+                    misfit,
+                    freedom,
+                    spread,
+                }
+            } else {
+                Self { misfit, ..least }
+            }
+        })
+    }
 }
 
 impl Fitted {
-    /// Where residuals exceed the stated noise this many times, they count as noise.
-    fn score(&self, misfit: f64) -> f64 {
-        self.squares / (misfit * misfit) + self.spread + self.prior + self.penalty
+    /// Where residuals exceed the stated noise this many times, they count as noise. The likelihood falls with the logarithm
+    /// of an estimated noise as there are degrees of freedom, on average of those at both noises.
+    fn score(&self, scale: Scale) -> f64 {
+        let spread = 0.5 * (self.of_robot + scale.freedom) * (self.spread - scale.spread);
+        let squares = self.squares / (scale.misfit * scale.misfit);
+        squares + spread + self.prior + self.penalty
     }
 
     /// Whether the residuals show it, and not the prior alone: a wrong scale, too, explains a wrong length of the file.
     pub(super) fn is_in_residuals(&self, base: &Self) -> bool {
-        let misfit = self.misfit().powi(2);
-        let of_readings = (base.squares - self.squares) / misfit + base.spread - self.spread;
-        of_readings > base.prior - self.prior
+        let scale = Scale::of([self]);
+        let without_prior = |own: &Self| own.score(scale) - own.prior - own.penalty;
+        without_prior(base) - without_prior(self) > base.prior - self.prior
     }
 
     /// Whether the residuals are no larger than a stated noise.
@@ -203,8 +249,13 @@ fn evenly(from: usize, to: usize, most: usize) -> impl Iterator<Item = usize> {
 /// The score of readings that have been changed, if the robot then explains them clearly better than before.
 pub(super) fn explains(changed: &Case<'_>, found: Option<&Found>) -> Option<f64> {
     let own = Search::of(changed).fitted(Hypothesis::default())?;
-    let score = own.score(1.0);
-    let better = found.is_none_or(|before| score + CLEARLY < before.base.score(1.0));
+    let scale = Scale {
+        misfit: 1.0,
+        freedom: found.map_or(own.of_robot, |before| before.base.of_robot),
+        spread: 0.0,
+    };
+    let score = own.score(scale);
+    let better = found.is_none_or(|before| score + CLEARLY < before.base.score(scale));
     let plausible = own.is_plausible() && !own.contradicts();
     (plausible && better).then_some(score)
 }
@@ -238,7 +289,7 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         if depth == 0 {
             let rows = scan.suspected();
             if !rows.is_empty() {
-                next.extend(search.fitted(Hypothesis::without(&rows)));
+                next.extend(search.settled(Hypothesis::without(&rows)));
             }
         }
         // What explains a stated noise needs no further fault, and a wrong number of the robot file is corrected first.
@@ -256,31 +307,27 @@ fn searched(case: &Case<'_>) -> Option<Found> {
                 next.extend(fitted);
             }
         }
-        let misfit = all
-            .iter()
-            .chain(&next)
-            .map(Fitted::misfit)
-            .fold(f64::INFINITY, f64::min);
-        order::sort_by(&mut next, |own| own.score(misfit));
+        let scale = Scale::of(all.iter().chain(&next));
+        order::sort_by(&mut next, |own| own.score(scale));
         let before = all
             .iter()
-            .map(|own| own.score(misfit))
+            .map(|own| own.score(scale))
             .fold(f64::INFINITY, f64::min);
-        let gains = next.first().is_some_and(|own| own.score(misfit) < before);
+        let gains = next.first().is_some_and(|own| own.score(scale) < before);
         if !gains {
             break;
         }
         beam = next.iter().take(BEAM).cloned().collect();
         all.extend(next);
     }
-    let misfit = all.iter().map(Fitted::misfit).fold(f64::INFINITY, f64::min);
-    order::sort_by(&mut all, |own| own.score(misfit));
-    let base = found.base.score(misfit);
-    all.retain(|own| own.hypothesis != Hypothesis::default() && own.score(misfit) < base);
+    let scale = Scale::of(&all);
+    order::sort_by(&mut all, |own| own.score(scale));
+    let base = found.base.score(scale);
+    all.retain(|own| own.hypothesis != Hypothesis::default() && own.score(scale) < base);
     if let Some(best) = all.first() {
-        let limit = best.score(misfit) + CLEARLY;
+        let limit = best.score(scale) + CLEARLY;
         let faults = best.hypothesis.effects.len();
-        all.retain(|own| own.score(misfit) < limit && own.hypothesis.effects.len() <= faults);
+        all.retain(|own| own.score(scale) < limit && own.hypothesis.effects.len() <= faults);
         // What is not clearly better is no reason for more unknowns.
         all.sort_by_key(|own| {
             let missing = faults - own.hypothesis.effects.len();
@@ -354,10 +401,17 @@ impl<'a> Search<'a> {
             }
         }
         if backlash > 0 {
-            sum += self.penalty(backlash, self.alike(Some(EffectKind::Backlash)));
+            let further = FURTHER_JOINT * f64::from(backlash - 1);
+            sum += self.penalty(1, self.alike(Some(EffectKind::Backlash))) + further;
         }
-        let rows = hypothesis.rows.len() as f64;
-        sum + rows * self.penalty(3, self.alike(None))
+        let rows = hypothesis.rows.len();
+        let each = rows as f64 * self.penalty(3, self.alike(None));
+        if self.levels.is_none() || rows < 2 {
+            return sum + each;
+        }
+        // Of few rows, those that agree best by chance show hardly any noise.
+        let ways = (0..rows).map(|row| (self.rows - row) as f64 / (row + 1) as f64);
+        sum + each.max(self.penalty(3 * rows, ways.product::<f64>().min(MOST_WAYS)))
     }
 
     /// Fits the robot and the hypothesis.
@@ -376,21 +430,15 @@ impl<'a> Search<'a> {
             let directions = readings.directions.get(&readings.rows[*row].line);
             directions.is_some_and(|own| arms.iter().any(|arm| own[*arm] == 0.0))
         });
-        hypothesis.rows.extend(still);
-        hypothesis.rows.sort_unstable();
-        hypothesis.rows.dedup();
+        let left_out: Vec<_> = hypothesis.rows.iter().copied().chain(still).collect();
         let mut kept = readings.clone();
         let mut index = 0;
         kept.rows.retain(|_| {
             index += 1;
-            !hypothesis.rows.contains(&(index - 1))
+            !left_out.contains(&(index - 1))
         });
         let shifted = |own: &Effect| {
-            let before = hypothesis
-                .rows
-                .iter()
-                .filter(|row| **row < own.index)
-                .count();
+            let before = (0..own.index).filter(|row| left_out.contains(row)).count();
             match own.kind {
                 kind if kind.is_step() => own.at(own.index - before),
                 _ => *own,
@@ -438,14 +486,15 @@ impl<'a> Search<'a> {
         };
         let squares = solution.squares() * factor * factor;
         let prior = solution.cost() - solution.squares();
-        let freedom = solution.degrees_of_freedom() - hypothesis.unknowns() as f64;
-        // Of an estimated noise, its restricted likelihood, with the degrees of freedom of all readings.
+        let left = solution.degrees_of_freedom();
+        let freedom = left - hypothesis.unknowns() as f64;
+        // Of an estimated noise, its restricted likelihood.
         let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
-        let variance = solution.squares() / solution.degrees_of_freedom();
+        let variance = solution.squares() / freedom;
         if self.levels.is_some() && !(variance > 0.0) {
             return None;
         }
-        let spread = (2.0 * per_reading + variance.ln()) * self.freedom.unwrap_or(freedom);
+        let spread = 2.0 * per_reading + variance.natural_logarithm();
         let (squares, spread) = if stated {
             (squares, 0.0)
         } else {
@@ -457,7 +506,9 @@ impl<'a> Search<'a> {
             prior,
             penalty: penalties,
             freedom,
+            of_robot: left + (readings.readings() - kept.readings()) as f64,
             solution,
+            left_out,
             hypothesis,
         })
     }
@@ -499,48 +550,62 @@ impl<'a> Search<'a> {
         factors.fold(1.0, f64::max)
     }
 
-    /// The same with its last step at the row where it fits best.
+    /// The same with its last step at the row where it fits best, or with as few rows alone as are wrong.
     fn settled(&self, hypothesis: Hypothesis) -> Option<Fitted> {
+        // A fit that has not converged continues where it was: no row is tried twice, or it would never end.
+        let mut tried = vec![hypothesis.clone()];
         let mut best = self.fitted(hypothesis)?;
-        let steps = |own: &Fitted| {
-            let last = own.hypothesis.effects.last().copied();
-            last.filter(|own| own.kind.is_step())
-        };
-        while let Some(step) = steps(&best) {
-            let beside = [step.index.checked_sub(1), Some(step.index + 1)];
-            let beside = beside.into_iter().flatten().filter(|row| {
-                let out = &best.hypothesis.rows;
-                let before = (0..*row).filter(|row| !out.contains(row)).count();
-                let all = self.rows - out.len();
-                let least = if step.kind == EffectKind::Move {
-                    LEAST_ROWS
-                } else {
-                    1
-                };
-                (least..=all.saturating_sub(least)).contains(&before)
-            });
-            let moved = beside.filter_map(|row| {
-                let mut hypothesis = best.hypothesis.clone();
-                *hypothesis.effects.last_mut()? = step.at(row);
-                self.fitted(hypothesis)
-            });
-            let misfit = best.misfit();
-            let next = moved.min_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
-            match next {
-                Some(next) if next.score(misfit) < best.score(misfit) => best = next,
-                _ => break,
+        loop {
+            let scale = Scale::of([&best]);
+            let mut others = self.beside(&best);
+            others.retain(|own| !tried.contains(own));
+            tried.extend(others.iter().cloned());
+            let others = others.into_iter().filter_map(|own| self.fitted(own));
+            match others.min_by(|a, b| a.score(scale).total_cmp(&b.score(scale))) {
+                Some(next) if next.score(scale) < best.score(scale) => best = next,
+                _ => return Some(best),
             }
         }
-        Some(best)
+    }
+
+    /// Its last step a row earlier and later; of rows alone, all but one.
+    fn beside(&self, best: &Fitted) -> Vec<Hypothesis> {
+        let Hypothesis { effects, rows, .. } = &best.hypothesis;
+        let Some(step) = effects.last() else {
+            let several = (2..=MOST_RESTORED).contains(&rows.len());
+            let fewer = rows.iter().filter(|_| several).map(|row| {
+                let left: Vec<_> = rows.iter().copied().filter(|own| own != row).collect();
+                Hypothesis::without(&left)
+            });
+            return fewer.collect();
+        };
+        let least = match step.kind {
+            EffectKind::Move => LEAST_ROWS,
+            EffectKind::Slip => 1,
+            _ => return Vec::new(),
+        };
+        let fitted = |row: &usize| !best.left_out.contains(row);
+        let all = (0..self.rows).filter(fitted).count();
+        let beside = [step.index.checked_sub(1), Some(step.index + 1)];
+        let beside = beside.into_iter().flatten().filter(|row| {
+            let before = (0..*row).filter(fitted).count();
+            (least..=all.saturating_sub(least)).contains(&before)
+        });
+        let moved = beside.filter_map(|row| {
+            let mut hypothesis = best.hypothesis.clone();
+            *hypothesis.effects.last_mut()? = step.at(row);
+            Some(hypothesis)
+        });
+        moved.collect()
     }
 
     /// The best hypotheses of each kind beside those of a state, to first order.
     fn candidates(&self, state: &Fitted) -> Vec<Hypothesis> {
-        let rows = &state.hypothesis.rows;
         let Some(scan) = Scan::of(&state.solution) else {
             return Vec::new();
         };
-        let left: Vec<_> = (0..self.rows).filter(|row| !rows.contains(row)).collect();
+        let fitted = |row: &usize| !state.left_out.contains(row);
+        let left: Vec<_> = (0..self.rows).filter(fitted).collect();
         let original = |own: Hypothesis| Hypothesis {
             effects: own
                 .effects
@@ -582,11 +647,12 @@ impl<'a> Search<'a> {
         };
         for mut gains in kinds {
             gains.retain(|own| own.0 > least);
-            order::sort_by(&mut gains, |own| -own.0);
+            // Of a backlash, each set of joints gains at least as much as every part of it.
+            order::sort_by(&mut gains, |(gain, own)| {
+                self.penalties(own) - gain / variance
+            });
             for (gain, hypothesis) in gains.into_iter().take(most) {
-                let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
-                let penalty = self.penalty(unknowns, self.alike(hypothesis.kind()));
-                if gain / variance > FIRST_ORDER * penalty
+                if gain / variance > FIRST_ORDER * self.penalties(&hypothesis)
                     && let Some(both) = state.hypothesis.and(&original(hypothesis))
                 {
                     chosen.push(both);

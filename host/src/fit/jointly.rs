@@ -221,6 +221,7 @@ fn widened(
             Unsolved::Refused(
                 Refusal::FarFromNominal { .. }
                 | Refusal::NotConverged { .. }
+                | Refusal::Undetermined { .. }
                 | Refusal::ImpossibleGeometry { .. }
                 | Refusal::ImpossibleRobot(_)
                 | Refusal::WrongSide,

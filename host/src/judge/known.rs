@@ -148,6 +148,13 @@ pub(crate) fn next_poses(
     let all: Vec<_> = all
         .filter_map(|pose| measured(solution, &course, pose))
         .collect();
+    let error = |covariance: &DMatrix<f64>| weights.dot(covariance).max(0.0);
+    // No pose shows what causes did to the place of the base.
+    let mut left = 0.0;
+    if let Some(of_causes) = &solution.of_causes {
+        covariance -= of_causes;
+        left = error(of_causes);
+    }
     let mut found = Vec::new();
     for _ in 0..PROPOSED {
         // C Aᵀ and (A C Aᵀ + N)⁻¹.
@@ -169,7 +176,7 @@ pub(crate) fn next_poses(
         covariance -= &shared * inverse * shared.transpose();
         found.push(NextPose {
             joints: robot.convention.joints(&best.0),
-            expected_error_mm: weights.dot(&covariance).max(0.0).sqrt(),
+            expected_error_mm: (error(&covariance) + left).sqrt(),
         });
     }
     found

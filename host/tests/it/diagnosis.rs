@@ -179,6 +179,17 @@ const OTHERS: &[(&str, Change)] = &[
         let index = rng.next_u32() as usize % case.rows.len();
         case.rows[index].0.swap(0, 1);
     }),
+    (
+        "two forearms that differ by 0.25 mm exchanged",
+        |case, _| {
+            let [one, other] =
+                [0, 1].map(|arm| changed(&case.file.robot, arm, |own| own[7] += 0.25));
+            case.file.robot = one;
+            for (joints, x) in &mut case.rows {
+                *x = other.forward(&joints.map(f64::to_radians)).unwrap();
+            }
+        },
+    ),
     ("noise 50 times the stated", |case, rng| {
         for (_, x) in &mut case.rows {
             *x += Vector3::from_fn(|_, _| uniform(rng) * 3f64.sqrt());

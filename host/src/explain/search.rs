@@ -490,7 +490,7 @@ impl<'a> Search<'a> {
         let freedom = left - hypothesis.unknowns() as f64;
         // Of an estimated noise, its restricted likelihood.
         let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
-        let variance = solution.squares() / freedom;
+        let variance = solution.squares() / freedom.max(1.0);
         if self.levels.is_some() && !(variance > 0.0) {
             return None;
         }

@@ -107,7 +107,7 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     let left_out = lines(case, judged, |fit| fit.left_out);
     if !left_out.is_empty() {
         let text = format!(
-            "The robot of the file does not reach the joint angles in {}; excluded.",
+            "The robot does not reach the joint angles in {}; excluded.",
             in_lines(&left_out)
         );
         found.push(warning("left_out", json!({ "lines": left_out }), text));

@@ -173,15 +173,15 @@ impl Task<'_> {
     {
         let robot = &self.robot.robot;
         let readings = &self.readings.rows;
-        let problem =
-            ObservationProblem::<f64, N>::prepare_with(robot, instruments, rows, |row| {
-                shape(&readings.get(row)?.value, levels)
-            })?;
+        let shape = |row: usize| shape(&readings.get(row)?.value, levels);
+        let mut again = rows.to_vec();
+        let problem = ObservationProblem::<f64, N>::prepare_with(robot, instruments, rows, shape)?;
         let count = problem.rows().len();
         let (mut weights, mut suspected, mut worth) = (vec![1.0; count], vec![false; count], 1.0);
         let unknowns = PARAMETERS + instruments.unknowns();
         let units: Vec<f64> = (0..unknowns).map(|place| problem.unit_of(place)).collect();
         let start = *problem.start_unknowns();
+        let is_given = given.is_some();
         let (found, end, frame) = if let Some(given) = given {
             (given, start, RigidTransform::identity())
         } else {
@@ -223,14 +223,28 @@ impl Task<'_> {
         };
         let covariance = found.covariance.resize(unknowns, unknowns, 0.0);
         let held = &prior * &covariance;
-        let log_spread = problem.rows().iter().filter(|row| !row.is_left_out());
-        let log_spread = log_spread
-            .inspect(|_| halt::check())
-            .map(|row| row.spread().ln())
-            .sum();
-        let at = (&found.robot, &end);
-        let (rows, sensitivities) =
-            looked_at(&problem, at, &units, &covariance, (&weights, &suspected));
+        let looked = |problem: &ObservationProblem<'_, f64, N>| {
+            let units: Vec<_> = (0..unknowns).map(|place| problem.unit_of(place)).collect();
+            let of_rows = (&weights[..], &suspected[..]);
+            let all = looked_at(problem, (&found.robot, &end), &units, &covariance, of_rows);
+            let counted = problem.rows().iter().filter(|row| !row.is_left_out());
+            let spread = counted
+                .inspect(|_| halt::check())
+                .map(|row| row.spread().ln());
+            (all, spread.sum())
+        };
+        let ((rows, sensitivities), log_spread) = if is_given {
+            // Near a singularity the readings' weights are others at the robot of the file.
+            let again = &mut again;
+            looked(&ObservationProblem::prepare_with(
+                &found.robot,
+                instruments,
+                again,
+                shape,
+            )?)
+        } else {
+            looked(&problem)
+        };
         let mut noise = self.noise_of(&rows, levels, worth);
         if let (Some(separate), [own]) = (&found.separate, noise.as_mut_slice()) {
             own.squares = separate.squares;

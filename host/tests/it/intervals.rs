@@ -1,13 +1,17 @@
 //! Whether what a validation states with 95 % confidence is so: robots of eight proportions, made with errors, and
 //! files of measurements with noise.
 
-use crate::support::simulated::{Instrument, measured, position_lengths, rotary, worked, working};
+use crate::support::simulated::{
+    Instrument, file_of, measured, position_lengths, rotary, worked, working,
+};
+use delta_cal::SymmetricRobot;
 use delta_cal::Tolerance;
-use delta_cal::simulate::simulate_sample;
+use delta_cal::simulate::{made_robot, simulate_sample};
+use delta_cal_host::accuracy::uncertainty::WorkspacePoses;
 use delta_cal_host::validation::{Request, Verdict, validate};
-use delta_cal_host::{Frame, Readings, RobotFile};
+use delta_cal_host::{Frame, Options, Readings, RobotFile, calibrate};
 use delta_cal_tests::{generator, noise, size, uniform};
-use rand_core::SeedableRng;
+use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
 /// Robots are made with these parts of 0.5 mm and 0.2°: errors far below the noise, like it, and far above.
@@ -145,4 +149,35 @@ fn a_row_that_is_noise_is_not_called_wrong_nor_the_largest_error() {
         f64::from(doubted) <= expected + 4.0 * expected.sqrt(),
         "{doubted}"
     );
+}
+
+/// Within millimetres of a singularity the readings' weights change as much as robots do that are made to the tolerance: rows of
+/// clean files are not called wrong.
+#[test]
+fn rows_near_a_singularity_are_not_called_wrong() {
+    let short = SymmetricRobot {
+        base_radius: 150.0,
+        platform_radius: 60.0,
+        upper_arm: 250.0,
+        forearm: 275.0,
+    };
+    let limits = [-60.0, 75.0].map(f64::to_radians);
+    let file = file_of(&short.robot().unwrap(), limits, true);
+    let edge = WorkspacePoses::of(&file.robot, &file.reach()).edge;
+    let wrong = (0..60_u64).filter(|seed| {
+        let mut rng = generator(176, *seed);
+        let truth = made_robot(&file.robot, file.tolerance.as_ref().unwrap(), &mut rng).unwrap();
+        let mut samples = Vec::new();
+        while samples.len() < 31 {
+            let pose = edge[rng.next_u32() as usize % edge.len()];
+            samples
+                .extend(simulate_sample(&truth, &pose.joints, file.noise.as_ref(), &mut rng).ok());
+        }
+        let readings = Readings::of_samples("samples.csv", &samples);
+        let report = calibrate(&file, &readings, &Options::in_frame(Frame::Base));
+        let outlier = |text: &String| text.contains("much larger than the others");
+        report.is_ok_and(|own| own.warnings.iter().any(outlier))
+    });
+    let wrong: Vec<_> = wrong.collect();
+    assert!(wrong.len() <= 2, "{wrong:?}");
 }

@@ -223,27 +223,15 @@ impl Task<'_> {
         };
         let covariance = found.covariance.resize(unknowns, unknowns, 0.0);
         let held = &prior * &covariance;
-        let looked = |problem: &ObservationProblem<'_, f64, N>| {
-            let units: Vec<_> = (0..unknowns).map(|place| problem.unit_of(place)).collect();
-            let of_rows = (&weights[..], &suspected[..]);
-            let all = looked_at(problem, (&found.robot, &end), &units, &covariance, of_rows);
-            let counted = problem.rows().iter().filter(|row| !row.is_left_out());
-            let spread = counted
-                .inspect(|_| halt::check())
-                .map(|row| row.spread().ln());
-            (all, spread.sum())
-        };
-        let ((rows, sensitivities), log_spread) = if is_given {
+        let (at, of_rows) = ((&found.robot, &end), (&weights[..], &suspected[..]));
+        let (rows, sensitivities, log_spread) = if is_given {
             // Near a singularity the readings' weights are others at the robot of the file.
             let again = &mut again;
-            looked(&ObservationProblem::prepare_with(
-                &found.robot,
-                instruments,
-                again,
-                shape,
-            )?)
+            let problem =
+                ObservationProblem::prepare_with(&found.robot, instruments, again, shape)?;
+            looked_at(&problem, at, &covariance, of_rows)
         } else {
-            looked(&problem)
+            looked_at(&problem, at, &covariance, of_rows)
         };
         let mut noise = self.noise_of(&rows, levels, worth);
         if let (Some(separate), [own]) = (&found.separate, noise.as_mut_slice()) {
@@ -386,25 +374,26 @@ fn places<const N: usize>(
     }
 }
 
-/// Residuals and leverage of every row, and the derivatives of some.
+/// Residuals and leverage of every row, the derivatives of some, and Σ ln of the spreads of the readings' σ.
 fn looked_at<const N: usize>(
     problem: &ObservationProblem<'_, f64, N>,
     (robot, end): (&Robot<f64>, &[f64; N]),
-    units: &[f64],
     covariance: &DMatrix<f64>,
     (weights, suspected): (&[f64], &[bool]),
-) -> (Vec<RowFit>, Vec<Sensitivity>)
+) -> (Vec<RowFit>, Vec<Sensitivity>, f64)
 where
     f64: Unknowns<N>,
 {
+    let unknowns = covariance.nrows();
+    let units: Vec<_> = (0..unknowns).map(|place| problem.unit_of(place)).collect();
     let count = problem.rows().len();
     let every = count.div_ceil(MOST_SENSITIVITIES).max(1);
     let looked = cores::map(0..count, |row| {
         let whitened = problem.residuals_at(robot, end, row);
         let columns = problem.linearized_at(robot, end, row);
-        let mut by_unknowns = DMatrix::zeros(READINGS, units.len());
+        let mut by_unknowns = DMatrix::zeros(READINGS, unknowns);
         if let Some(columns) = columns {
-            for (place, (column, unit)) in columns.as_ref().iter().zip(units).enumerate() {
+            for (place, (column, unit)) in columns.as_ref().iter().zip(&units).enumerate() {
                 if *unit > 0.0 {
                     let own = SVector::<f64, READINGS>::from(*column) / -*unit;
                     by_unknowns.set_column(place, &own);
@@ -433,7 +422,11 @@ where
         (fit, sensitivity)
     });
     let (fits, kept): (Vec<_>, Vec<_>) = looked.into_iter().unzip();
-    (fits, kept.into_iter().flatten().collect())
+    let counted = problem.rows().iter().filter(|row| !row.is_left_out());
+    let spread = counted
+        .inspect(|_| halt::check())
+        .map(|row| row.spread().ln());
+    (fits, kept.into_iter().flatten().collect(), spread.sum())
 }
 
 /// The covariance of arms that were fitted separately; `None` without redundant readings.

@@ -264,10 +264,10 @@ fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
 
 /// Points of a solid cylinder, including its surface.
 fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f64>> {
-    (0..180 * 7 * 21).map(move |number| {
+    (0..180 * 4 * 21).map(move |number| {
         let part = |count: u32, number: u32| f64::from(number) / f64::from(count);
-        let (sin, cos) = (TAU * part(180, number / 147)).sin_cos();
-        let r = 0.5 * diameter * part(6, number / 21 % 7);
+        let (sin, cos) = (TAU * part(180, number / 84)).sin_cos();
+        let r = 0.5 * diameter * part(3, number / 21 % 4);
         Vector3::new(
             r * cos,
             r * sin,

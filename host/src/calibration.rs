@@ -111,16 +111,15 @@ fn explained_otherwise(
         return Err(Objection::Unsolved(objection));
     }
     let beyond = judged.tolerance.filter(|own| own.test.contradicts());
-    // What is no cause, such as wrong rows or a wrong length, makes an estimated noise larger.
-    let unsaid = (suspected == 0 && judged.causes.found.is_empty())
+    // Causes are findings of their own. What is none, such as wrong rows or a wrong length, makes an estimated noise larger.
+    let is_said = !judged.causes.found.is_empty() && !found.is_some_and(Found::leaves_rows_out);
+    let unsaid = (suspected == 0 && !is_said)
         .then(|| found?.excess())
         .flatten();
     let contradicted = beyond.is_some() || unsaid.is_some() || is_understated(&judged.solution);
     let explained = contradicted.then(explanation).flatten();
     if !explained.as_ref().is_some_and(|own| own.is_scale) {
-        // Causes are findings of their own.
-        let explained = explained.filter(|_| judged.causes.found.is_empty());
-        judged.explained = explained.map(|own| own.text);
+        judged.explained = explained.filter(|_| !is_said).map(|own| own.text);
         return Ok(judged);
     }
     if let (Some(own), Some(tolerance)) = (beyond, &case.robot.tolerance) {

@@ -252,6 +252,12 @@ impl Found {
             .is_some()
     }
 
+    /// Whether single rows explain the readings, alone or beside an effect.
+    pub(crate) fn leaves_rows_out(&self) -> bool {
+        let mut best = self.best.iter();
+        best.any(|own| !own.hypothesis.rows.is_empty())
+    }
+
     /// By what an estimated noise exceeds the one that the best explanation leaves, if it does.
     pub(crate) fn excess(&self) -> Option<f64> {
         let best = self.best.as_ref()?;

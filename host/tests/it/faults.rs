@@ -399,6 +399,24 @@ fn two_faults_at_once_are_both_named() {
     assert!(10 * named >= 9 * tried, "{named} of {tried}");
 }
 
+/// Such rows are no cause: beside one, nothing else says what they are.
+#[test]
+fn wrong_rows_beside_a_cause_are_said_where_the_noise_is_estimated() {
+    let causes = [Fault::Gear(1e-2), Fault::Sag(2.0), Fault::Drift(1.0)];
+    for (seed, fault) in causes.into_iter().enumerate() {
+        let (robot, mut readings, _) = made((seed, ROWS), Frame::Base, seed, Noise::Nowhere);
+        let words = words(fault, spoilt(&mut readings, fault, seed));
+        for row in [5, 14, 22] {
+            let z = &mut readings.rows[row].value.position[2];
+            *z = z.map(|own| own + 6.0);
+        }
+        let text = said(&robot, &readings, Options::default()).0.to_lowercase();
+        let is_said = words.iter().any(|own| text.contains(&own.to_lowercase()));
+        let rows = text.contains("lines 7, 16 and 24 disagree with the others");
+        assert!(is_said && rows, "{fault:?}: {text}");
+    }
+}
+
 /// At most 2 % in the long campaign, whatever is stated and wherever the sensor stands.
 #[test]
 fn clean_files_have_no_fault() {

@@ -1,4 +1,4 @@
-//! The command `calibrate`: its output and exit codes. Refusals are in `bad_input`.
+//! The command `calibrate`: its output. Refusals and exit codes are `cases`.
 
 use crate::support::schema::violations;
 use crate::support::{

@@ -9,21 +9,9 @@ use delta_cal_host::files::robot_file::RobotFile;
 use delta_cal_tests::generator;
 use serde_json::Value;
 
-const REPRAPFIRMWARE: &str = "\
-; my config
-M550 P\"hunter2\"
-M665 R100 L200 ; older
-M665 R141.2 L330.1:330.4:329.8 B120 H412.5 X0.3 Y-0.2 Z0.1 ; delta
-M666 X0.4 Y-0.7 Z0.3 A0 B0
-;M665 R150 L351.1 B145 H530 ; set delta radius, diagonal rod length, printable radius and homed height
-";
+const REPRAPFIRMWARE: &str = include_str!("../../cases/import-reprapfirmware/config.g");
 
-const MARLIN: &str = "\
-echo:; Linear units:
-echo:  M206 X0.00
-echo:  M665 L330.1000 R141.2000 H411.8000 S160.0000 X0.3000 Y-0.2000 Z0.1000 A0.0000 B0.3000 C-0.3000
-echo:  M666 X-1.1000 Y0.0000 Z-1.0000
-";
+const MARLIN: &str = include_str!("../../cases/import-marlin/m503.txt");
 
 /// What both say.
 fn printer() -> Delta {
@@ -37,36 +25,7 @@ fn printer() -> Delta {
 }
 
 /// As Marlin's examples have them: other machines' branches, sums, comments.
-const CONSTANTS: &str = "\
-//#define LARGE
-#define DELTA
-#if ENABLED(DELTA) && !defined(LARGE)
-  //#define DELTA_HEIGHT 1
-  /* #define DELTA_HEIGHT 2
-  #define DELTA_HEIGHT 3 */
-  #define VERSION 2
-  #define DELTA_HEIGHT 411.8f /* G33 */ // (mm)
-  #define DELTA_ENDSTOP_ADJ  \\
-    {-1.1, 0.0, -1.0} // (mm)
-  #if EITHER(LARGE, HUGE) || VERSION < 2
-    #define DELTA_DIAGONAL_ROD 440
-    #define DELTA_RADIUS 200
-  #elif VERSION == 2
-    #define DELTA_DIAGONAL_ROD 330.1 // mm
-    #define OFFSET 30
-    #define DELTA_RADIUS (200.2-(OFFSET)-2*14.5)
-  #else
-    #define DELTA_RADIUS 210
-  #endif
-  #define DELTA_TOWER_ANGLE_TRIM { 0.3, -0.2, 0.1 }
-  // Delta radius and diagonal rod adjustments
-  #define DELTA_RADIUS_TRIM_TOWER { 0.0, 0.0, 0.0 }
-  #define DELTA_DIAGONAL_ROD_TRIM_TOWER { 0.0, 0.3, -0.3 }
-#endif
-#if ENABLED(POLAR)
-  #define DELTA_RADIUS 82
-#endif
-";
+const CONSTANTS: &str = include_str!("../../cases/import-marlin/Configuration.h");
 
 /// The same printer in both firmwares' lines, with and without the firmware's name, behind OctoPrint's prefixes, in Marlin's `Configuration.h`, and in the file
 /// that `M501` loads.

@@ -325,7 +325,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_file_that_is_replaced_keeps_its_mode() {
+    fn a_file_that_is_replaced_keeps_its_mode_and_a_protected_one_is_not() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("secret.toml");
@@ -337,5 +337,12 @@ mod tests {
             assert_eq!(metadata.permissions().mode() & 0o777, mode);
             assert_eq!(fs::read_to_string(&path).unwrap(), "new");
         }
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
+        let error = write_all(&[(&path, "newer")]).unwrap_err();
+        assert!(
+            format!("{error:?}").contains("write-protected"),
+            "{error:?}"
+        );
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
     }
 }

@@ -1,8 +1,8 @@
 //! `delta-cal device` with the firmware's controller in this process, behind a TCP port, and with invalid input.
 
 use crate::support::{
-    Folder, HEADER, NOMINAL, Run, TO_MEASURE, TOLERANCE, TOWERS, arms_of, assert_refused, csv,
-    exact, noisy, number, robot_toml, true_arms,
+    Folder, NOMINAL, Run, TO_MEASURE, TOLERANCE, TOWERS, arms_of, assert_refused, csv, exact,
+    noisy, number, robot_toml, true_arms,
 };
 use delta_cal_controller::{Controller, Handover, Number, ParameterFlash, StreamFlash, Timer};
 use delta_cal_firmware_example::{Circle, limits, machine};
@@ -236,7 +236,7 @@ fn refusals_change_nothing_and_say_why() {
     folder.write("towers.toml", TOWERS);
     let rods = "\n[parallelogram]\nspacing_mm = 60\n";
     folder.write("rods.toml", format!("{NOMINAL}{rods}"));
-    let table = include_str!("../refused/device-calibrate.txt");
+    let table = include_str!("../files/refused-by-device.txt");
     let command = format!("device --port {port} --json report.json");
     assert_refused(&folder, &command, table);
     let status = json(&folder, &port, "status");
@@ -244,17 +244,6 @@ fn refusals_change_nothing_and_say_why() {
     // Nothing that this computer refuses was sent.
     assert_eq!(status["phase"], "none since the start");
     assert_eq!(status["control_loop"]["switches"], 0);
-}
-
-#[test]
-fn wrong_ports_are_explained_and_wrong_files_found_before_the_port_is_opened() {
-    let folder = folder();
-    folder.write("bad.csv", format!("{HEADER}1,2,3,4,5\n"));
-    assert_refused(
-        &folder,
-        "device",
-        include_str!("../refused/device-commands.txt"),
-    );
 }
 
 #[test]

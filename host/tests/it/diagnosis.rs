@@ -109,7 +109,7 @@ fn positions(case: &mut Case, change: impl Fn(&mut Vector3<f64>)) {
 }
 
 /// A fault, the frame in which it shows if only one, and the expected diagnosis.
-const FAULTS: &str = include_str!("../refused/whole-files.txt");
+const FAULTS: &str = include_str!("../files/whole-files.txt");
 
 fn spoil(case: &mut Case, fault: &str) {
     match fault {

@@ -3,7 +3,6 @@
 
 pub(crate) mod controllers;
 pub(crate) mod klipper;
-mod refusals;
 pub(crate) mod robots;
 mod round_trip;
 mod structured_text;

@@ -8,7 +8,6 @@ mod campaign;
 mod fixtures;
 mod gcode;
 mod owner;
-mod refusals;
 mod tilting;
 
 use crate::support::Folder;

@@ -11,7 +11,6 @@
 
 mod support;
 
-mod bad_input;
 mod calibrate;
 mod cases;
 mod conventions;

@@ -169,34 +169,6 @@ fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
         let fewer = json(&folder, &format!("{plan} --count {}", count - 1));
         assert!(rms(&fewer) > accuracy, "{count}: {fewer}");
     }
-    // No number of poses is enough.
-    let table = "1e-12mm ⇒ 2 ⇒ out of reach: even 500 measurements leave";
-    assert_refused(&folder, "plan robot.toml --accuracy", table);
-}
-
-const REGIONS: &str = include_str!("../refused/regions.txt");
-
-#[test]
-fn what_cannot_be_planned_is_refused_with_its_cause() {
-    let folder = folder();
-    folder.write(
-        "narrow.toml",
-        NOMINAL.replace("-60", "120").replace("90", "130"),
-    );
-    let deep = "[planes.table]\nz_mm = -2000\nsigma_mm = 5\n";
-    folder.write("deep.toml", format!("{NOMINAL}{KNOWN}{deep}"));
-    let blocks = "[planes.table]\nz_mm = -500\nsigma_mm = 5\nblocks_mm = [0, -5]\n";
-    folder.write("blocks.toml", format!("{NOMINAL}{KNOWN}{blocks}"));
-    let lengths = "[points.A]\nlength_mm = [300, 100]\n";
-    folder.write("lengths.toml", format!("{NOMINAL}{KNOWN}{lengths}"));
-    let table = include_str!("../refused/plans.txt");
-    assert_refused(&folder, "plan --output poses.csv", table);
-    assert_refused(&folder, "plan robot.toml --count 12 --within", REGIONS);
-    let table = "
-        robot.toml ⇒ 2 ⇒ the same file
-        no/such/folder.csv ⇒ 4 ⇒ no folder
-        ";
-    assert_refused(&folder, "plan robot.toml --count 12 --output", table);
 }
 
 /// Planes, gauge blocks, points and lengths come from the robot file; the plan can be read back, whatever its planes are called.
@@ -362,34 +334,6 @@ fn a_file_of_rows_is_judged_as_the_plan_that_it_was_and_as_its_calibration() {
             }
         }
     }
-}
-
-#[test]
-fn rows_that_are_too_few_or_say_too_little_are_told_as_such() {
-    let folder = folder();
-    folder
-        .run("plan touched.toml --measure plane --count 20 --output rows.csv")
-        .ok();
-    let rows = folder.read("rows.csv");
-    let few: Vec<_> = rows.lines().take(5).collect();
-    folder.write("few.csv", filled(&few.join("\n")));
-    // A row that does not say what to measure is refused.
-    let wrong = "q1_deg,q2_deg,q3_deg,distance_mm,point\n1,2,3,400,A\n4,5,6,,\n";
-    folder.write("wrong.csv", wrong);
-    let table = "wrong.csv ⇒ 3 ⇒ wrong.csv:3";
-    assert_refused(&folder, "plan touched.toml --samples", table);
-    folder
-        .run("plan touched.toml --samples few.csv")
-        .ends(1, "not expected to halve");
-    // Heights above one plane do not determine the scale.
-    let bare = "[planes.plane]\nz_mm = -560\nsigma_mm = 10\nblocks_mm = [0]\n";
-    folder.write("plate.toml", format!("{TO_MEASURE}{bare}"));
-    folder
-        .run("plan plate.toml --measure plane --count 30 --output plate.csv")
-        .ok();
-    let found = json(&folder, "plate.toml --samples plate.csv");
-    let verdict = found["verdict"].as_str().unwrap();
-    assert!(verdict.contains("not the scale"), "{verdict}");
 }
 
 /// Planned poses keep five σ of the tolerance's effect from every limit, and so do the other ends of planned distances.

@@ -1,6 +1,6 @@
 //! `delta-cal simulate`.
 
-use crate::support::{Cells, Folder, NOMINAL, TOWERS, assert_refused, cases, cells_of};
+use crate::support::{Cells, Folder, NOMINAL, TOWERS, cells_of};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -257,47 +257,6 @@ fn exact_measurements_have_no_bound_and_return_every_robot() {
         let error = number(&row, "parameter_after_mm");
         assert!(error < 1e-6 * 24f64.sqrt(), "{row:?}");
     }
-}
-
-/// The text to replace in the campaign, its replacement, the line of the error, and the message.
-const WRONG: &str = include_str!("../refused/campaigns.txt");
-
-#[test]
-fn wrong_campaign_files_are_refused_with_place_and_cause() {
-    let folder = Folder::new();
-    for [from, to, expected] in cases(WRONG) {
-        assert!(CAMPAIGN.contains(&from), "{from}");
-        folder.write("campaign.toml", CAMPAIGN.replace(&from, &to));
-        let space = if expected.starts_with(char::is_numeric) {
-            ""
-        } else {
-            " "
-        };
-        let table = format!("campaign.toml ⇒ 3 ⇒ campaign.toml:{space}{expected} | help: ");
-        assert_refused(&folder, "simulate --output out.csv --json out.json", &table);
-    }
-}
-
-const WRONG_COMMANDS: &str = include_str!("../refused/simulations.txt");
-
-#[test]
-fn wrong_command_lines_and_files_of_rows_are_refused() {
-    let folder = with_campaign(CAMPAIGN);
-    folder
-        .run("simulate campaign.toml --robots 0..2 --output rows.csv")
-        .ok();
-    let rows = folder.read("rows.csv");
-    folder.write(
-        "damaged.csv",
-        rows.replacen("accepted,true", "accepted,often", 1),
-    );
-    folder.write("short.csv", &rows[..rows.len() - 30]);
-    folder.write("other.csv", "a,b\n1,2\n");
-    folder.write(
-        "seven.toml",
-        CAMPAIGN.replace("[8, 20]", "[7]\nplanned = [true]"),
-    );
-    assert_refused(&folder, "simulate", WRONG_COMMANDS);
 }
 
 const RESULTS: &str = "case,method,solver,poses,start_error_mm,start_error_deg,noise_position_mm,\

@@ -93,15 +93,6 @@ fn columns_of_any_name_are_read_as_the_command_line_says() {
         report(&folder, two.as_bytes(), "--columns x=T_mm"),
         expected
     );
-
-    folder.write("samples.csv", foreign);
-    let table = "
-        q1_deg=B1 ⇒ 3 ⇒ samples.csv:1: column B1: the header has no such column
-        q1=A1,q2=A2,q3=A3,x=X,y=Y,z=Z ⇒ 3 ⇒ samples.csv:1: column X: its unit is not stated
-        q1_deg ⇒ 2 ⇒ has no =
-        x_mm=X_m ⇒ 2 ⇒ another unit
-        ";
-    assert_refused(&folder, "calibrate robot.toml samples.csv --columns", table);
 }
 
 /// Every command reads tables in the same way.
@@ -218,4 +209,12 @@ fn a_dash_says_that_a_cell_was_not_measured() {
     // Many columns are read once.
     let wide = format!("q1_deg{}\n", ",_".repeat(200_000));
     assert!(Readings::read(&InputText::new("wide.csv", &wide), &robot).is_err());
+}
+
+#[test]
+fn a_robot_file_of_more_than_a_megabyte_is_none() {
+    let folder = folder();
+    folder.write("robot.toml", vec![b'#'; (1 << 20) + 1]);
+    let table = "⇒ 3 ⇒ robot.toml: the file is larger than 1 MB";
+    assert_refused(&folder, "calibrate robot.toml samples.csv", table);
 }

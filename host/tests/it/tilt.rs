@@ -587,7 +587,7 @@ fn planned_poses_keep_their_promise_where_the_platform_tilts() {
         let plan = plan(&PlanRequest {
             absolute: true,
             region: own.file.within,
-            ..PlanRequest::new(&own.file, Wishes::only(Kind::XYZ), 15)
+            ..PlanRequest::new(&own.file, Wishes::only(Kind::XYZ), 9)
         });
         let plan = plan.unwrap();
         let mut rng = Pcg32::seed_from_u64(seed);

@@ -1,8 +1,6 @@
 //! The reachable workspace: every claim is checked against the forward model, closed forms, or a count.
 
-use crate::support::{
-    Folder, NOMINAL, TOLERANCE, assert_refused, nominal_arms, number, robot_toml,
-};
+use crate::support::{Folder, NOMINAL, TOLERANCE, number};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{Parameter, Robot, Tolerance};
@@ -494,22 +492,4 @@ fn all_files_are_written_and_the_same_for_any_number_of_threads() {
     for name in ["largest cylinder", "joint maximum", "joint minimum"] {
         assert!(section.contains(name), "{name}");
     }
-}
-
-#[test]
-fn a_workspace_that_is_none_and_wrong_options_are_refused() {
-    // The arms' planes have no common line.
-    let mut arms = nominal_arms();
-    arms[0][1] = 50.0;
-    let tight = robot_toml(&arms).replace("[joints]", "[joints]\nforearm_max_deg = 1");
-    let short = NOMINAL.replace("480", "80");
-    let folder = Folder::new();
-    folder.write("robot.toml", NOMINAL);
-    folder.write("short.toml", short);
-    folder.write("tight.toml", tight);
-    assert_refused(
-        &folder,
-        "workspace",
-        include_str!("../refused/workspace.txt"),
-    );
 }

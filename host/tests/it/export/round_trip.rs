@@ -6,7 +6,8 @@ use crate::export::robots::{
     with_towers,
 };
 use crate::support::{
-    Arm, Folder, NOMINAL, Point, TOLERANCE, arms_of, distance, number, platform, robot_toml,
+    Arm, Folder, NOMINAL, Point, TOLERANCE, arms_of, distance, nominal_arms, number, platform,
+    robot_toml,
 };
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
@@ -301,4 +302,22 @@ fn the_pins_of_linuxcncs_component_are_the_calibrated_robot() {
         assert!(number(&report, "loss/worst_mm") < 1e-6);
         assert_eq!(report["parameters"].as_array().unwrap().len(), 24);
     }
+}
+
+#[test]
+fn arms_that_are_numbered_clockwise_keep_their_motors() {
+    let folder = Folder::new();
+    let [first, second, third] = nominal_arms();
+    folder.write("robot.toml", robot_toml(&[first, third, second]));
+    // The arms of LinuxCNC's joints, which run clockwise.
+    let arms = || {
+        let run = folder.run("export robot.toml --for linuxcnc").ok();
+        let lines = run.stdout.lines().map(str::to_owned);
+        lines
+            .filter(|line| line.starts_with("# arm "))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(arms(), ["# arm 1", "# arm 2", "# arm 3"]);
+    folder.write("robot.toml", robot_toml(&[first, second, third]));
+    assert_eq!(arms(), ["# arm 1", "# arm 3", "# arm 2"]);
 }

@@ -6,9 +6,6 @@ use crate::support::{Folder, Point};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// What no message may hold.
-pub(crate) const SECRETS: [&str; 4] = ["hunter2", "usb-1a86", "abc:TOKEN", "homesweethome"];
-
 /// Sections that are none of the program's business, among them lines that are no options.
 const OTHERS: &str = "\
 [mcu]

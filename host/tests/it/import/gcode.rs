@@ -2,29 +2,16 @@
 
 use crate::export::klipper::Delta;
 use crate::export::robots::{made, upright, with_towers};
-use crate::import::refusals::assert_wrong;
 use crate::import::run_next;
-use crate::support::{Folder, Point, assert_refused, cases, distance, number, robot_toml};
+use crate::support::{Folder, Point, distance, number, robot_toml};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
 use delta_cal_tests::generator;
 use serde_json::Value;
 
-const REPRAPFIRMWARE: &str = "\
-; my config
-M550 P\"hunter2\"
-M665 R100 L200 ; older
-M665 R141.2 L330.1:330.4:329.8 B120 H412.5 X0.3 Y-0.2 Z0.1 ; delta
-M666 X0.4 Y-0.7 Z0.3 A0 B0
-;M665 R150 L351.1 B145 H530 ; set delta radius, diagonal rod length, printable radius and homed height
-";
+const REPRAPFIRMWARE: &str = include_str!("../../cases/import-reprapfirmware/config.g");
 
-const MARLIN: &str = "\
-echo:; Linear units:
-echo:  M206 X0.00
-echo:  M665 L330.1000 R141.2000 H411.8000 S160.0000 X0.3000 Y-0.2000 Z0.1000 A0.0000 B0.3000 C-0.3000
-echo:  M666 X-1.1000 Y0.0000 Z-1.0000
-";
+const MARLIN: &str = include_str!("../../cases/import-marlin/m503.txt");
 
 /// What both say.
 fn printer() -> Delta {
@@ -38,36 +25,7 @@ fn printer() -> Delta {
 }
 
 /// As Marlin's examples have them: other machines' branches, sums, comments.
-const CONSTANTS: &str = "\
-//#define LARGE
-#define DELTA
-#if ENABLED(DELTA) && !defined(LARGE)
-  //#define DELTA_HEIGHT 1
-  /* #define DELTA_HEIGHT 2
-  #define DELTA_HEIGHT 3 */
-  #define VERSION 2
-  #define DELTA_HEIGHT 411.8f /* G33 */ // (mm)
-  #define DELTA_ENDSTOP_ADJ  \\
-    {-1.1, 0.0, -1.0} // (mm)
-  #if EITHER(LARGE, HUGE) || VERSION < 2
-    #define DELTA_DIAGONAL_ROD 440
-    #define DELTA_RADIUS 200
-  #elif VERSION == 2
-    #define DELTA_DIAGONAL_ROD 330.1 // mm
-    #define OFFSET 30
-    #define DELTA_RADIUS (200.2-(OFFSET)-2*14.5)
-  #else
-    #define DELTA_RADIUS 210
-  #endif
-  #define DELTA_TOWER_ANGLE_TRIM { 0.3, -0.2, 0.1 }
-  // Delta radius and diagonal rod adjustments
-  #define DELTA_RADIUS_TRIM_TOWER { 0.0, 0.0, 0.0 }
-  #define DELTA_DIAGONAL_ROD_TRIM_TOWER { 0.0, 0.3, -0.3 }
-#endif
-#if ENABLED(POLAR)
-  #define DELTA_RADIUS 82
-#endif
-";
+const CONSTANTS: &str = include_str!("../../cases/import-marlin/Configuration.h");
 
 /// The same printer in both firmwares' lines, with and without the firmware's name, behind OctoPrint's prefixes, in Marlin's `Configuration.h`, and in the file
 /// that `M501` loads.
@@ -92,7 +50,6 @@ fn lines_are_the_printer_that_they_describe() {
             folder.write("config-override.g", REPRAPFIRMWARE);
         }
         let run = folder.run(&command).ok();
-        assert!(!run.stdout.contains("hunter2"));
         assert!(!folder.path("mine/samples.csv").exists());
         let file = InputText::from_file(&folder.path("mine/robot.toml")).unwrap();
         let robot = RobotFile::read(&file).unwrap();
@@ -191,72 +148,4 @@ fn lines_are_imported_as_they_are_exported() {
             assert!(off < 3e-4, "{target} {name}: {own} {again}");
         }
     }
-}
-
-/// FluidNC may state one angle of homing for each motor, in radians. Both it and grblHAL touch no bed by themselves.
-#[test]
-fn lengths_of_fluidnc_and_grblhal_are_read() {
-    let lengths = "parallel_delta:\ncrank_mm: 70\nlinkage_mm: 133.5\nbase_triangle_mm: 179.4\nend_effector_triangle_mm: 86.6";
-    let settings = "$641=133.5\n$642=70\n$643=179.4\n$644=86.6";
-    let table = "
-        fluidnc ⇒ homing_mpos_radians: -1.0471975512, -1.0646508437, -1.0559241974 ⇒ -60.000000,-61.000000,-60.500000
-        fluidnc ⇒ up_degrees: -35.5 ⇒ -35.500000,-35.500000,-35.500000
-        grblhal ⇒ $646=-60 ⇒ -60.000000,-60.000000,-60.000000
-        ";
-    for [firmware, angle, home] in cases(table) {
-        let lengths = if firmware == "fluidnc" {
-            lengths
-        } else {
-            settings
-        };
-        let text = format!("{lengths}\n{angle}\n");
-        let folder = Folder::new();
-        folder.write("own.txt", &text);
-        folder.write("robot.toml", "");
-        let run = folder
-            .run(&format!("import {firmware} own.txt --output mine"))
-            .ok();
-        let home = format!("--home {home}");
-        assert!(run.stdout.contains(&home), "{}", run.stdout);
-        let other = ["fluidnc", "grblhal"]
-            .into_iter()
-            .find(|own| *own != firmware);
-        let refused = "own.txt --output other ⇒ 3 ⇒ own.txt: this file is ";
-        assert_refused(&folder, &format!("import {}", other.unwrap()), refused);
-        let refused = "--count 9 ⇒ 3 ⇒ no commands that touch a bed are known";
-        assert_refused(&folder, "plan own.txt", refused);
-        let refused = "--output other ⇒ 3 ⇒ robot.toml: the file states no crank_mm or $642";
-        assert_refused(&folder, &format!("import {firmware} robot.toml"), refused);
-    }
-}
-
-#[test]
-fn lines_that_cannot_be_read_are_refused() {
-    let import = "import reprapfirmware printer.cfg --output mine";
-    let table = "
-        M665 ⇒ M550 ⇒ no line is an M665
-        L330.1: ⇒ Lhunter2: ⇒ printer.cfg:4: M665: a word is not a letter
-        ";
-    assert_wrong(REPRAPFIRMWARE, &[import], table);
-    let table = "
-        M206 ⇒ G20 ⇒ printer.cfg:2: the lengths are in inches
-        R141.2000 ⇒ ⇒ M665 R: the word is missing
-        H411.8000 ⇒ ⇒ M665 H: the word is missing
-        L330.1000 R141.2000 ⇒ L12.996 R5.559 ⇒ a rod of 12.996 mm is too short
-        L330.1000 ⇒ L100 ⇒ printer.cfg:3: M665 L: a rod is not longer
-        R141.2000 ⇒ R-1 ⇒ printer.cfg:3: M665 R: the value is not a number above 0
-        B0.3000 ⇒ B120 ⇒ printer.cfg:3: M665 B: B lengthens the rods of a tower since Marlin 2.0, and 120 mm
-        A0.0000 ⇒ A12 ⇒ printer.cfg:3: M665 A: A lengthens the rods of a tower since Marlin 2.0, and 12 mm
-        ";
-    assert_wrong(MARLIN, &["import marlin printer.cfg --output mine"], table);
-    let folder = Folder::new();
-    folder.write("config.g", REPRAPFIRMWARE);
-    let touches = "x_mm,y_mm,height_mm\n4,0,0\n-2,3,0\n-2,-3,0\n";
-    folder.write("near.csv", touches);
-    folder.write("inches.txt", "G20\nG1 X4 Y0\nStopped at height 0.01 mm\n");
-    let table = "
-        near.csv ⇒ 3 ⇒ near.csv:2: all touches are within | or in inches | send G21
-        inches.txt ⇒ 3 ⇒ inches.txt:1: the touches are in inches
-        ";
-    assert_refused(&folder, "calibrate config.g", table);
 }

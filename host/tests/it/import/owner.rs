@@ -1,7 +1,7 @@
-//! What an owner states beside the configuration, plans for it, and the pictures of the bed.
+//! What an owner states beside the configuration, plans for it, the pictures of the bed, and which files are written.
 
 use crate::import::fixtures::{Row, folder, printer};
-use crate::support::{Folder, NOMINAL, assert_refused, number};
+use crate::support::Folder;
 
 /// A printer as configured, with heights of 0 and twelve distances that all are longer by this part.
 fn scaled(part: f64) -> Folder {
@@ -36,70 +36,6 @@ fn a_common_scale_is_named_with_its_causes() {
     }
     let run = folder.run("calibrate printer.cfg --shrinkage 1.5%").ok();
     assert!(!run.stdout.contains("common scale"), "{}", run.stdout);
-}
-
-/// The length of one part decides the size of all, if it is known how much prints shrink.
-#[test]
-fn a_printed_length_is_a_measurement() {
-    let own = printer("01");
-    let folder = folder(&own.configuration());
-    let run = folder.run("calibrate printer.cfg --printed 100=99.5 --shrinkage 0% --json -");
-    let report = run.ok().json();
-    let hundred = number(&report, "printer/before/hundred_mm_become_mm");
-    assert!((99.4..99.7).contains(&hundred), "{hundred}");
-    assert_eq!(report["printer"]["distances"], 3);
-    // One reading of a calliper is not three: each has √3 times its σ in the samples file too.
-    let import = "import klipper printer.cfg --output mine --printed 100=99.5 --shrinkage 0%";
-    folder.run(import).ok();
-    let samples = folder.read("mine/samples.csv");
-    assert!(
-        samples.contains(",sigma_mm\n") && samples.contains(",0.173205081\n"),
-        "{samples}"
-    );
-    for (limit, code, verdict) in [("50mm", 0, "Pass: "), ("0.001mm", 6, "Fail: ")] {
-        let run = folder.run(&format!("calibrate printer.cfg --limit {limit}"));
-        assert_eq!(run.code, code, "{}", run.stderr);
-        assert!(
-            run.stdout.contains(verdict) && run.stdout.contains("limit"),
-            "{}",
-            run.stdout
-        );
-    }
-    let table = "--columns q1_deg=A ⇒ 2 ⇒ --columns needs a samples file";
-    assert_refused(&folder, "calibrate printer.cfg", table);
-}
-
-/// Prints that all are 0.2 mm too thick are no larger robot: three lengths and a table of lengths between places tell the
-/// oversize from the size.
-#[test]
-fn prints_that_are_too_thick_are_an_oversize() {
-    let own = printer("01");
-    let folder = folder(&own.configuration());
-    folder.write(
-        "lengths.csv",
-        "from,x_mm,y_mm,to,to_x_mm,to_y_mm,length_mm\nA,-60,0,B,60,0,120.2\nB,,,C,0,80,100.2\nC,,,A,,,100.2\n\
-         D,-10,0,E,10,0,20.2\nF,0,-10,G,0,10,20.2\n",
-    );
-    for (readings, distances) in [
-        ("--printed 20=20.2 --printed 60=60.2 --printed 120=120.2", 9),
-        ("lengths.csv", 5),
-    ] {
-        let command = format!("calibrate printer.cfg {readings} --shrinkage 0% --json -");
-        let report = folder.run(&command).ok().json();
-        assert_eq!(report["printer"]["distances"], distances);
-        let hundred = number(&report, "printer/before/hundred_mm_become_mm");
-        assert!((99.85..100.15).contains(&hundred), "{readings}: {hundred}");
-    }
-    let table = "
-        broken.csv ⇒ 3 ⇒ broken.csv:2: a place has neither x and y nor a name
-        far.csv ⇒ 3 ⇒ far.csv:2: the length is not within 10 % of the designed one
-        ";
-    folder.write("broken.csv", "from,to,length_mm\nA,B,100\n");
-    folder.write(
-        "far.csv",
-        "x_mm,y_mm,to_x_mm,to_y_mm,length_mm\n0,0,100,0,50\n",
-    );
-    assert_refused(&folder, "calibrate printer.cfg", table);
 }
 
 /// Touches of the bed in the firmware's commands, no place twice; nozzle and probe within the bed's radius, and clear of
@@ -163,58 +99,6 @@ fn touches_of_the_bed_are_planned_in_machine_coordinates() {
     }
 }
 
-/// Measurements, other options' files and their meaning are never lost; commands may be planned again.
-#[test]
-fn touches_replace_no_measurements_and_ignore_no_option() {
-    let folder = folder(&printer("01").configuration());
-    let samples = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n10,20,30,5,6,-400\n";
-    folder.write("mysamples.csv", samples);
-    let table = "
-        --output mysamples.csv ⇒ 2 ⇒ holds measurements | --force
-        --output missing/t.gcode ⇒ 4 ⇒ no folder
-        --samples mysamples.csv ⇒ 2 ⇒ --samples does not apply
-        --measure xyz ⇒ 2 ⇒ --measure does not apply
-        --order random ⇒ 2 ⇒ --order does not apply
-        --seed 7 ⇒ 2 ⇒ --seed does not apply
-        --json plan.json ⇒ 2 ⇒ --json does not apply
-        ";
-    assert_refused(&folder, "plan printer.cfg --count 9", table);
-    assert_eq!(folder.read("mysamples.csv"), samples);
-    folder.write("robot.toml", NOMINAL);
-    let table = "--columns q1_deg=A ⇒ 2 ⇒ --columns needs a samples file";
-    assert_refused(&folder, "plan robot.toml --count 9", table);
-    for _ in 0..2 {
-        let plan = "plan printer.cfg --count 9 --output touches.gcode";
-        folder.run(plan).ok();
-    }
-    folder
-        .run("plan printer.cfg --count 9 --output mysamples.csv --force")
-        .ok();
-}
-
-/// A comment decides neither the firmware, whose end stops have other signs, nor whether this is a robot file.
-#[test]
-fn comments_do_not_change_what_a_file_is() {
-    let duet = "M665 R141.2 L330.1 B120 H412.5\nM666 X0.3 Y0 Z0\n";
-    let folder = folder(&printer("01").configuration());
-    folder.write("plain.g", duet);
-    folder.write("commented.g", format!("; echo: M665 is below\n{duet}"));
-    folder.write("reset.g", format!("M550 P\"echo:\" ; name\n{duet}"));
-    let commented = format!("# not [joints]\n{}", folder.read("printer.cfg"));
-    folder.write("printer.cfg", commented);
-    let plan = |name: &str| {
-        let plan = format!("plan {name} --count 9 --output -");
-        folder.run(&plan).ok().stdout
-    };
-    let plain = plan("plain.g");
-    assert!(plain.contains("G30 S-1"), "{plain}");
-    assert_eq!(
-        [plan("commented.g"), plan("reset.g")],
-        [plain.clone(), plain]
-    );
-    folder.run("calibrate printer.cfg").ok();
-}
-
 /// Both maps of a bed that the lines improve, with the touches.
 #[test]
 fn the_page_shows_the_bed_before_and_after() {
@@ -236,4 +120,15 @@ fn the_page_shows_the_bed_before_and_after() {
             assert_eq!(page.contains(words), shown, "{words}");
         }
     }
+}
+
+/// One reading of a calliper is not three: each has √3 times its σ in the samples file.
+#[test]
+fn a_printed_length_is_one_measurement() {
+    let folder = folder(&printer("01").configuration());
+    let import = "import klipper printer.cfg --output mine --printed 100=99.5 --shrinkage 0%";
+    folder.run(import).ok();
+    let samples = folder.read("mine/samples.csv");
+    let stated = samples.contains(",sigma_mm\n") && samples.contains(",0.173205081\n");
+    assert!(stated, "{samples}");
 }

@@ -1,0 +1,4 @@
+rm -rf "$release" target/archive
+mkdir -p "$release" target/archive
+papers
+cp CHANGELOG.md "$release"

@@ -326,23 +326,27 @@ pub(crate) fn mistake(case: &Case<'_>, found: Option<&Found>) -> Option<String> 
     let faults = files.of_other_readings();
     let faults = faults.filter(|_| !readings.holds(Kind::Position));
     let undone = faults.map(|own| (own.undone_in(readings), own.cause, own.remedy));
-    let undone = undone.chain(files.of_planes());
+    let mut undone = undone.chain(files.of_planes());
     let is_single = found.is_none() && readings.rows.len() <= ROWS_TRIED;
-    let rows = (0..readings.rows.len()).filter(|_| is_single).map(|row| {
+    let rows = (0..readings.rows.len()).filter(|_| is_single);
+    let mut others = rows.map(|row| {
         let mut others = readings.clone();
         let line = others.rows.remove(row).line;
         let cause = format!("line {line} disagrees with all others");
         (others, cause, "measure it again or delete it".to_owned())
     });
-    let scored = undone.chain(rows).filter_map(|(changed, cause, remedy)| {
-        let other = Case {
-            readings: &changed,
-            ..*case
-        };
-        let score = (changed != *readings).then(|| explains(&other, found))??;
-        Some((score, cause, remedy))
-    });
-    let (_, cause, remedy) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let best = |all: &mut dyn Iterator<Item = (Readings, String, String)>| {
+        let scored = all.filter_map(|(changed, cause, remedy)| {
+            let other = Case {
+                readings: &changed,
+                ..*case
+            };
+            let score = (changed != *readings).then(|| explains(&other, found))??;
+            Some((score, cause, remedy))
+        });
+        scored.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let (_, cause, remedy) = best(&mut undone).or_else(|| best(&mut others))?;
     Some(format!("Probably {cause}: {remedy}."))
 }
 

@@ -191,6 +191,15 @@ impl Scan {
         sums.right += columns.tr_mul(&counted.residuals);
     }
 
+    fn of_all_rows(&self, effects: &[Effect]) -> Sums {
+        let mut sums = self.sums(effects.iter().map(Effect::unknowns).sum());
+        for counted in &self.rows {
+            halt::check();
+            Self::add(&mut sums, counted, &self.columns(counted, effects));
+        }
+        sums
+    }
+
     /// The gain of these effects, which starts a fit at a = S⁻¹ Eᵀ(r − A δ).
     fn gain(&self, sums: &Sums, effects: &[Effect]) -> Option<Gain> {
         let mut left = &sums.own - sums.shared.tr_mul(&self.normal.solve(&sums.shared));
@@ -206,12 +215,7 @@ impl Scan {
 
     /// The gain of effects that concern all rows.
     pub(super) fn throughout(&self, effects: &[Effect]) -> Option<Gain> {
-        let mut sums = self.sums(effects.iter().map(Effect::unknowns).sum());
-        for counted in &self.rows {
-            halt::check();
-            Self::add(&mut sums, counted, &self.columns(counted, effects));
-        }
-        self.gain(&sums, effects)
+        self.gain(&self.of_all_rows(effects), effects)
     }
 
     /// The gains of an effect that happened at each of these rows.
@@ -294,11 +298,7 @@ impl Scan {
 
     /// Three σ of a drift if the unknowns absorb most of it.
     pub(super) fn hidden_drift(&self, taken_up: f64) -> Option<f64> {
-        let drift = [Effect::of(EffectKind::Drift)];
-        let mut sums = self.sums(3);
-        for counted in &self.rows {
-            Self::add(&mut sums, counted, &self.columns(counted, &drift));
-        }
+        let sums = self.of_all_rows(&[Effect::of(EffectKind::Drift)]);
         let left = &sums.own - sums.shared.tr_mul(&self.normal.solve(&sums.shared));
         let covariance = left.cholesky()?.inverse();
         let inflation = (0..3).map(|axis| covariance[(axis, axis)] * sums.own[(axis, axis)] / 3.0);

@@ -14,8 +14,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Residuals of an explanation, over the stated noise.
 const EXPLAINED: f64 = 1.3;
-/// An explanation of most leaves less than one in so many.
+/// An explanation of most leaves less than one in so many; of a surface, half of the variance.
 const MOSTLY: f64 = 3.0;
+const OF_SURFACES: f64 = 1.4;
 /// What leaves more than this many times the noise explains nothing.
 const FAR_OFF: f64 = 100.0;
 /// A step that chance shows so often is none. A robot far beyond its tolerance leaves residuals of any shape.
@@ -270,9 +271,14 @@ impl Found {
         let best = self.best.as_ref()?;
         let (before, after) = (self.base.misfit(), best.misfit());
         // The faults of real robots do not have exactly the shapes of the columns.
+        let mostly = if best.is_of_a_surface() {
+            OF_SURFACES
+        } else {
+            MOSTLY
+        };
         let explains = if after < EXPLAINED {
             "explains the readings".to_owned()
-        } else if before > MOSTLY * after && after < FAR_OFF {
+        } else if before > mostly * after && after < FAR_OFF {
             format!("explains most of the residuals ({before:.1} → {after:.1} × the stated noise)")
         } else {
             return None;

@@ -46,6 +46,8 @@ const SETTLED: std::ops::Range<f64> = 0.9..1.1;
 const NARROWINGS: u32 = 8;
 /// χ² of the parameters within their tolerance, at most: of 24, one in a thousand has more.
 const PLAUSIBLE: f64 = 51.0;
+/// Part of a surface's shape that the robot may take up.
+const TAKEN_UP_OF_SURFACES: f64 = 0.5;
 /// Touches that show a surface's shape, for each of its waves.
 const TOUCHES_FOR_EACH: usize = 2;
 /// Most rows of which each is taken back in turn: a robust fit suspects too many rather than too few.
@@ -115,11 +117,19 @@ impl Fitted {
         squares + spread + self.prior + self.penalty
     }
 
-    /// Whether the residuals show it, and not the prior alone: a wrong scale, too, explains a wrong length of the file.
+    /// Whether the residuals show it, and not the prior alone: a wrong scale, too, explains a wrong length of the file. The robot
+    /// takes up most of a surface's lower waves.
     pub(super) fn is_in_residuals(&self, base: &Self) -> bool {
         let scale = Scale::of([self]);
         let without_prior = |own: &Self| own.score(scale) - own.prior - own.penalty;
-        without_prior(base) - without_prior(self) > base.prior - self.prior
+        let part = 1.0 - TAKEN_UP_OF_SURFACES * f64::from(self.is_of_a_surface());
+        without_prior(base) - without_prior(self) > part * (base.prior - self.prior)
+    }
+
+    /// Whether it is a surface's shape, of which the waves are never all.
+    pub(super) fn is_of_a_surface(&self) -> bool {
+        let mut effects = self.hypothesis.effects.iter();
+        effects.any(|own| own.kind == EffectKind::Bed)
     }
 
     /// Whether the residuals are no larger than a stated noise.

@@ -1,6 +1,6 @@
 //! Faults of any size are named: kind, arm, line and size; clean files have none.
 
-use crate::support::simulated::{Instrument, Promise, SIGMAS, anchor, file_of, measured, push};
+use crate::support::simulated::{Instrument, Promise, SIGMAS, anchor, file_of, measured};
 use delta_cal::Robot;
 use delta_cal_host::accuracy::budget::Contribution;
 use delta_cal_host::files::robot_file::KnownPlane;
@@ -8,7 +8,7 @@ use delta_cal_host::validation::{Request, Verdict, validate};
 use delta_cal_host::{Frame, Options, Reading, ReadingFrom, Readings, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::size;
-use nalgebra::{Rotation3, Vector2, Vector3};
+use nalgebra::{Rotation3, Vector3};
 
 const ROWS: usize = 31;
 
@@ -625,47 +625,6 @@ fn what_the_instrument_stands_on_is_named_with_line_and_size_when_it_moved() {
             };
             assert!(off.abs() < 0.1, "{by} {instrument:?}: {said}");
         }
-    }
-}
-
-/// A plate with a wave over it is no fault of the robot; once its unevenness is stated, it is calibrated with.
-#[test]
-fn an_uneven_plate_is_named_and_its_unevenness_can_be_stated() {
-    for (geometry, by) in [(0, 0.1), (2, 1.0), (3, 0.1)] {
-        let mut robot = nominal(geometry);
-        let (truth, mut readings) = measured(&robot, Instrument::Plate, 60, geometry as u64);
-        let positions = measured(&robot, Instrument::Positions, 30, geometry as u64).1;
-        let touched = readings.rows.iter();
-        let touched = touched.map(|row| truth.forward(&row.value.joints).unwrap().xy());
-        let touched: Vec<_> = touched.collect();
-        let radius = touched.iter().map(Vector2::norm).fold(0.0, f64::max);
-        for (row, at) in readings.rows.iter_mut().zip(touched) {
-            let wave = 2.0_f64.sqrt() * (4.0 * (at.x + 0.5 * at.y) / radius + 1.0).cos();
-            row.value.height = row
-                .value
-                .height
-                .map(|(plane, own)| (plane, own - by * wave));
-        }
-        positions
-            .rows
-            .iter()
-            .for_each(|row| push(&mut readings, &row.value));
-        let (text, _) = said(&robot, &readings, Options::default());
-        let named = text.split_once("touched surface itself is uneven by ");
-        let size = named.and_then(|(_, own)| own.split_once(' '));
-        let size = size.and_then(|(own, _)| own.parse::<f64>().ok());
-        let size = size.unwrap_or_else(|| panic!("{geometry}, {by} mm: {text}"));
-        assert!(
-            (0.4..2.5).contains(&(size / by)),
-            "{geometry}, {by} mm: {text}"
-        );
-        robot.instruments.bed = Some(by);
-        let (text, accepted) = said(&robot, &readings, Options::default());
-        // Twelve waves are not all of a large one.
-        assert!(
-            accepted == Some(0) || by > 0.1,
-            "{geometry}, {by} mm: {text}"
-        );
     }
 }
 

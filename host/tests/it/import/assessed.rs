@@ -79,31 +79,6 @@ fn a_doubtful_distance_is_named_and_makes_sigma_larger() {
     assert!(said.contains("distance11 fits worst"), "{said}");
 }
 
-/// Readings that no printer within the tolerance explains: refused, the worst one by the name that the configuration has
-/// for it, and nothing written.
-#[test]
-fn readings_that_no_printer_explains_are_refused() {
-    let off = printer("05").configuration();
-    let off = off.replace("distance11 = 63.9", "distance11 = 60.9");
-    for (text, option, cause) in [
-        (off, "", "Measure distance11"),
-        (
-            printer("20").configuration(),
-            "--rods 286mm",
-            "help: Check --rods",
-        ),
-    ] {
-        let folder = folder(&text);
-        let command = format!("calibrate printer.cfg {option}");
-        let run = folder.run(&format!("{command} --output c.toml --paste p.cfg"));
-        assert_eq!(run.ends(1, cause).stdout, "");
-        // A program that reads standard output is told there.
-        let run = folder.run(&format!("{command} --json -"));
-        assert!(run.json()["refused"].as_str().is_some(), "{}", run.stdout);
-        assert_eq!(folder.names(), ["printer.cfg"]);
-    }
-}
-
 /// Motors that turn the arms: end stops that are off by up to a millimetre are found again over the bed.
 #[test]
 fn a_robot_whose_motors_turn_its_arms_is_assessed_too() {

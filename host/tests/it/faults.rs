@@ -547,10 +547,10 @@ fn a_mistake_in_all_heights_or_distances_is_named() {
 /// The robot is where its base was at the first row: that is what its positions are known to, and a row of the budget, whose
 /// parts make up the whole; further poses leave it.
 #[test]
-fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
+fn what_causes_do_to_positions_is_stated() {
     let mut promise = Promise::default();
     for geometry in 0..6 {
-        for fault in [Fault::Drift(0.5), Fault::Move(0.3, 0.0)] {
+        for fault in [Fault::Drift(0.5), Fault::Move(0.3, 0.0), Fault::Scale(2e-3)] {
             let (robot, mut readings, truth) =
                 made((geometry, 40), Frame::Base, geometry, Noise::Nowhere);
             spoilt(&mut readings, fault, geometry);
@@ -568,7 +568,9 @@ fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
                 "{absolute} {relative}"
             );
             let mut sources = report.budget.iter();
-            let causes = sources.find(|own| own.source == "causes").unwrap();
+            let Some(causes) = sources.find(|own| own.source == "causes") else {
+                continue;
+            };
             let mut next = report.next_poses.iter();
             assert!(next.all(|own| own.expected_error_mm > 0.9 * causes.absolute_mm));
             promise.add(&robot, &truth, &report, 1);
@@ -577,7 +579,7 @@ fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
     let (accepted, achieved) = (promise.accepted(), promise.ratios());
     println!("{accepted} accepted, achieved/stated {achieved:?}");
     assert!(
-        accepted >= 8 && achieved.iter().all(|own| (0.5..1.1).contains(own)),
+        accepted > 12 && achieved.iter().all(|own| (0.5..1.1).contains(own)),
         "{achieved:?}"
     );
 }

@@ -52,6 +52,8 @@ const TOUCHES_FOR_EACH: usize = 2;
 const MOST_RESTORED: usize = 12;
 /// Ways of choosing rows beyond which their chance is less than rounding shows.
 const MOST_WAYS: f64 = 1e9;
+/// Time constants of the fastest drift in a file.
+const FASTEST: usize = 12;
 /// Rows on either side of a move.
 const LEAST_ROWS: usize = 2;
 
@@ -397,6 +399,8 @@ impl<'a> Search<'a> {
                 EffectKind::Move if kinds.iter().all(|kind| !self.case.readings.holds(*kind)) => {
                     sum += self.penalty(3, self.alike(Some(EffectKind::Move)));
                 }
+                // Of shapes that explain it as well, the most even one.
+                EffectKind::Drift => sum += self.penalty(3, 1.0) + own.index as f64,
                 kind => sum += self.penalty(kind.unknowns(), self.alike(Some(kind))),
             }
         }
@@ -568,7 +572,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Its last step a row earlier and later; of rows alone, all but one.
+    /// Its last step a row earlier and later, its drift a little faster and slower; of rows alone, all but one.
     fn beside(&self, best: &Fitted) -> Vec<Hypothesis> {
         let Hypothesis { effects, rows, .. } = &best.hypothesis;
         let Some(step) = effects.last() else {
@@ -579,24 +583,25 @@ impl<'a> Search<'a> {
             });
             return fewer.collect();
         };
-        let least = match step.kind {
-            EffectKind::Move => LEAST_ROWS,
-            EffectKind::Slip => 1,
-            _ => return Vec::new(),
+        let at = |index: usize| {
+            let mut hypothesis = best.hypothesis.clone();
+            *hypothesis.effects.last_mut()? = step.at(index);
+            Some(hypothesis)
         };
         let fitted = |row: &usize| !best.left_out.contains(row);
-        let all = (0..self.rows).filter(fitted).count();
+        let rows = (0..self.rows).filter(fitted).count();
+        let indices = match step.kind {
+            EffectKind::Move => LEAST_ROWS..=rows.saturating_sub(LEAST_ROWS),
+            EffectKind::Slip => 1..=rows.saturating_sub(1),
+            EffectKind::Drift => 0..=FASTEST,
+            _ => return Vec::new(),
+        };
         let beside = [step.index.checked_sub(1), Some(step.index + 1)];
-        let beside = beside.into_iter().flatten().filter(|row| {
-            let before = (0..*row).filter(fitted).count();
-            (least..=all.saturating_sub(least)).contains(&before)
+        let beside = beside.into_iter().flatten().filter(|index| {
+            let before = (0..*index).filter(|row| fitted(row) || !step.kind.is_step());
+            indices.contains(&before.count())
         });
-        let moved = beside.filter_map(|row| {
-            let mut hypothesis = best.hypothesis.clone();
-            *hypothesis.effects.last_mut()? = step.at(row);
-            Some(hypothesis)
-        });
-        moved.collect()
+        beside.filter_map(at).collect()
     }
 
     /// The best hypotheses of each kind beside those of a state, to first order.

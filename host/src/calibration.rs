@@ -105,14 +105,15 @@ fn explained_otherwise(
     let rows = &judged.solution.rows;
     let suspected = rows.iter().filter(|fit| fit.suspected).count();
     let shifted = shifted_rows(&judged.solution).is_some();
-    let explained = || found.is_some_and(Found::is_fault);
+    let best = found.and_then(|own| Some(&own.best.as_ref()?.hypothesis));
+    let explained = || best.is_some_and(|own| !own.effects.is_empty());
     if suspected >= FEWEST && !shifted && (MOST_WRONG * suspected > rows.len() || explained()) {
         let objection = Unsolved::TooManySuspected(suspected, rows.len());
         return Err(Objection::Unsolved(objection));
     }
     let beyond = judged.tolerance.filter(|own| own.test.contradicts());
     // Causes are findings of their own. What is none, such as wrong rows or a wrong length, makes an estimated noise larger.
-    let is_said = !judged.causes.found.is_empty() && !found.is_some_and(Found::leaves_rows_out);
+    let is_said = !judged.causes.found.is_empty() && best.is_none_or(|own| own.rows.is_empty());
     let unsaid = (suspected == 0 && !is_said)
         .then(|| found?.excess())
         .flatten();

@@ -52,7 +52,7 @@ pub enum EffectKind {
     Slip,
     /// The platform is lower with the squared distance from the robot's axis.
     Sag,
-    /// The measured positions move evenly from the first row to the last.
+    /// The measured positions move from the first row to the last, evenly or ever more slowly.
     Drift,
     /// From one row on, the measured positions are moved and turned.
     Move,
@@ -157,7 +157,8 @@ pub(crate) struct Effect {
     pub(crate) kind: EffectKind,
     /// Of an error of a joint.
     pub(crate) arm: Option<ArmIndex>,
-    /// Index of the row at which a slip or a move happened, or of the target.
+    /// Index of the row at which a slip or a move happened, or of the target; of a drift
+    /// the number of its time constants in the file, 0 if it is even.
     pub(crate) index: usize,
 }
 

@@ -10,7 +10,7 @@ use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_toler
 use crate::accuracy::uncertainty::{
     ExpectedError, Throughout, Weights, WorkspacePoses, jacobian, weights,
 };
-use crate::effects::Places;
+use crate::effects::{EffectKind, Places};
 use crate::explain::{Causes, Found};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
@@ -205,11 +205,16 @@ fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
         .map(|test| test.widening(!causes.found.is_empty()))
         .fold(1.0, f64::max);
     let widening = by_noise.hypot(by_causes(&solution, &causes, weights.as_ref()));
+    // Another size than the tolerance allows is none because it is in doubt.
+    let mut all = causes.found.iter();
+    let is_sized = all.any(|own| own.kind == EffectKind::Size);
+    let narrow = is_sized.then(|| solution.clone().widened(by_noise));
     let solution = solution.widened(widening);
     let solution = displaced(robot, solution, &causes);
     let errors = errors(case, &solution);
     let tolerance = robot.tolerance.as_ref();
-    let prior_test = tolerance.and_then(|own| PriorTest::of(&robot.robot, own, &solution));
+    let tested = narrow.as_ref().unwrap_or(&solution);
+    let prior_test = tolerance.and_then(|own| PriorTest::of(&robot.robot, own, tested));
     let error = errors.map(|own| own.after);
     contradiction(case, &solution, error, prior_test, &noise)?;
     let before = &case.before.robot;

@@ -18,7 +18,7 @@ pub(super) fn columns(
         EffectKind::Target if place.target == effect.index => axes(1.0).into(),
         EffectKind::Target => axes(0.0).into(),
         EffectKind::Datum => motion(&lever).into(),
-        EffectKind::Drift => axes(place.part).into(),
+        EffectKind::Drift => axes(drifted(place.part, effect.index)).into(),
         EffectKind::Move => {
             let part = if row >= effect.index { 1.0 } else { 0.0 };
             // A plane that is touched is seen to move up and to tilt.
@@ -29,6 +29,16 @@ pub(super) fn columns(
         }
         _ => vec![(position - place.origin) * place.scaled],
     }
+}
+
+/// The part of a drift that is over at this part of a file of so many of its time constants.
+fn drifted(part: f64, constants: usize) -> f64 {
+    if constants == 0 {
+        return part;
+    }
+    // e⁻ˣ = (1 − x/64)⁶⁴
+    let left = |part| (0..6).fold(1.0 - part * constants as f64 / 64.0, |own, _| own * own);
+    (1.0 - left(part)) / (1.0 - left(1.0))
 }
 
 /// Displacement of a point by a small translation and rotation about a centre at this lever from it.

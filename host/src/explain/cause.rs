@@ -3,6 +3,7 @@
 use super::search::{Fitted, Found};
 use crate::accuracy::uncertainty::Sensitivities;
 use crate::effects::{At, Course, Effect, EffectKind, Estimated, Platform};
+use crate::files::samples_file::Kind;
 use crate::fit::solution::COMPUTED;
 use crate::fit::{Case, Frame, Solution};
 use crate::text::{capitalised, in_lines, list};
@@ -87,12 +88,19 @@ impl Causes {
             ..Self::default()
         };
         let best = found.best.as_ref();
-        let Some(best) = best.filter(|own| own.is_in_residuals(&found.base)) else {
+        let best = best.filter(|own| own.is_in_residuals(&found.base));
+        // The tolerance alone shows another size, unless it is the scale of the instrument that is wrong.
+        let sized = [Effect::of(EffectKind::Size)];
+        let of_size = found.all().find(|own| own.hypothesis.effects == sized);
+        let facts = &case.robot.instruments;
+        let is_known = facts.scale.is_some() || !facts.datum.is_empty();
+        let may_be_scale = case.readings.holds(Kind::Position) && !is_known;
+        let Some(best) = best.or(of_size.filter(|_| may_be_scale)) else {
             return causes;
         };
         let frame = best.solution.places.frame.as_ref();
         let effects = best.hypothesis.effects.iter();
-        let outside = effects.filter(|own| !own.kind.is_number());
+        let outside = effects.filter(|own| !own.kind.is_number() || sized.contains(own));
         causes.found = outside
             .filter_map(|own| cause(case, found, best, own, frame))
             .collect();
@@ -179,7 +187,7 @@ fn cause(
 ) -> Option<Cause> {
     let (own, sigma, text, squares) = described(case, best, effect, frame)?;
     let drive = case.robot.robot.drive();
-    let others: Vec<_> = others(found, effect).collect();
+    let others: Vec<_> = others(found, best, effect).collect();
     let mut alternatives: Vec<_> = others.iter().map(|own| own.named()).collect();
     alternatives.dedup();
     let text = match alternatives.len() {
@@ -224,16 +232,17 @@ fn remedy(case: &Case<'_>, effect: &Effect, alternatives: &[EffectKind]) -> Stri
     }
 }
 
-/// What rivals have in place of an effect.
-fn others<'a>(found: &'a Found, effect: &'a Effect) -> impl Iterator<Item = &'a Effect> {
-    let best = found.best.iter().flat_map(|own| &own.hypothesis.effects);
-    let best: Vec<_> = best.collect();
-    let without = found
-        .rivals
-        .iter()
-        .filter(|own| !own.hypothesis.effects.contains(effect));
-    let all = without.flat_map(|own| &own.hypothesis.effects);
-    all.filter(move |own| !(best.contains(own) || own.kind == effect.kind && own.arm == effect.arm))
+/// What the others have in place of an effect of one explanation.
+fn others<'a>(
+    found: &'a Found,
+    one: &'a Fitted,
+    effect: &'a Effect,
+) -> impl Iterator<Item = &'a Effect> {
+    let one = &one.hypothesis.effects;
+    let all = found.all().map(|own| &own.hypothesis.effects);
+    let without = all.filter(move |own| !own.contains(effect)).flatten();
+    without
+        .filter(move |own| !(one.contains(own) || own.kind == effect.kind && own.arm == effect.arm))
 }
 
 /// What explains readings that contradict noise or tolerance, in sentences with remedies.
@@ -245,18 +254,9 @@ pub(crate) struct Explained {
 }
 
 impl Found {
-    /// Whether an effect explains the readings, not single rows alone.
-    pub(crate) fn is_fault(&self) -> bool {
-        let best = self.best.iter();
-        best.flat_map(|own| &own.hypothesis.effects)
-            .next()
-            .is_some()
-    }
-
-    /// Whether single rows explain the readings, alone or beside an effect.
-    pub(crate) fn leaves_rows_out(&self) -> bool {
-        let mut best = self.best.iter();
-        best.any(|own| !own.hypothesis.rows.is_empty())
+    /// The best explanation and those about as good.
+    fn all(&self) -> impl Iterator<Item = &Fitted> {
+        self.best.iter().chain(&self.rivals)
     }
 
     /// By what an estimated noise exceeds the one that the best explanation leaves, if it does.
@@ -283,11 +283,10 @@ impl Found {
         } else {
             return None;
         };
-        let all: Vec<_> = [best].into_iter().chain(&self.rivals).collect();
-        let what: Vec<_> = all.iter().filter_map(|own| what(case, own)).collect();
+        let what: Vec<_> = self.all().filter_map(|own| what(case, own)).collect();
         let remedy = match best.hypothesis.effects.first() {
             Some(own) => {
-                let others: Vec<_> = others(self, own).map(|own| own.kind).collect();
+                let others: Vec<_> = others(self, best, own).map(|own| own.kind).collect();
                 remedy(case, own, &others)
             }
             None if case.options.robust => "measure these rows again, or delete them".to_owned(),
@@ -302,7 +301,7 @@ impl Found {
                 several.join("; or ")
             ),
         };
-        let mut effects = all.iter().flat_map(|own| &own.hypothesis.effects);
+        let mut effects = self.all().flat_map(|own| &own.hypothesis.effects);
         let is_scale = effects.any(|own| matches!(own.kind, EffectKind::Size | EffectKind::Scale));
         Some(Explained { text, is_scale })
     }

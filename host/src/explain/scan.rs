@@ -251,8 +251,8 @@ impl Scan {
     }
 
     /// The rows that disagree with most others, by a robust fit about the solution: weights of Geman and McClure (1987),
-    /// whose scale shrinks to the noise of half of the rows.
-    pub(super) fn suspected(&self) -> Vec<usize> {
+    /// whose scale shrinks to the noise of half of the rows. With this noise, in σ.
+    pub(super) fn suspected(&self) -> Option<(f64, Vec<usize>)> {
         let held = self
             .rows
             .iter()
@@ -285,15 +285,12 @@ impl Scan {
                 add_squares(&mut normal, weight, &own.by_unknowns);
                 right += weight * (&own.by_unknowns * &own.residuals);
             }
-            let Some(normal) = normal.cholesky() else {
-                return Vec::new();
-            };
-            left = off(&normal.solve(&right));
+            left = off(&normal.cholesky()?.solve(&right));
         }
-        let limit = SUSPECTED * noise(&left);
+        let noise = noise(&left);
         let rows = self.rows.iter().zip(&left);
-        let rows = rows.filter(|(_, left)| **left > limit);
-        rows.map(|(own, _)| own.row).collect()
+        let rows = rows.filter(|(_, left)| **left > SUSPECTED * noise);
+        Some((noise, rows.map(|(own, _)| own.row).collect()))
     }
 
     /// Three σ of a drift if the unknowns absorb most of it.

@@ -37,6 +37,8 @@ const EXPLAINED: f64 = 1.1;
 const UNKNOWN_ZERO: f64 = 0.26;
 /// Least degrees of freedom that tell a fault from noise.
 const LEAST_FREEDOM: f64 = 5.0;
+/// The same where rows are left out.
+const LEAST_LEFT: f64 = 1.0;
 /// A stated target that the readings put so many σ beside its place is doubtful.
 const DOUBTFUL: f64 = 2.5;
 /// A hypothesis that explains less than this part of what the best of all explains is not refitted.
@@ -54,6 +56,8 @@ const TOUCHES_FOR_EACH: usize = 2;
 const MOST_RESTORED: usize = 12;
 /// Ways of choosing rows beyond which their chance is less than rounding shows.
 const MOST_WAYS: f64 = 1e9;
+/// Time constants of the fastest drift in a file.
+const FASTEST: usize = 12;
 /// Rows on either side of a move.
 const LEAST_ROWS: usize = 2;
 
@@ -295,19 +299,19 @@ fn searched(case: &Case<'_>) -> Option<Found> {
     let mut beam = vec![base.clone()];
     let mut all = vec![base];
     for depth in 0..MOST {
-        let mut next: Vec<Fitted> = Vec::new();
+        let mut next = Vec::new();
         if depth == 0 {
-            let rows = scan.suspected();
-            if !rows.is_empty() {
-                next.extend(search.settled(Hypothesis::without(&rows)));
-            }
+            next = search.without_rows(&beam, 1);
         }
         // What explains a stated noise needs no further fault, and a wrong number of the robot file is corrected first.
         let open = |own: &&Fitted| depth == 0 || !(own.is_explained() || own.is_number());
         for state in beam.iter().filter(open) {
             for hypothesis in search.candidates(state) {
                 halt::check();
-                let known = |own: &Hypothesis| next.iter().any(|other| other.hypothesis == *own);
+                let known = |own: &Hypothesis| {
+                    let mut others = all.iter().chain(&next);
+                    others.any(|other| other.hypothesis == *own)
+                };
                 let fitted = (!known(&hypothesis)).then(|| search.settled(hypothesis));
                 let fitted = fitted.flatten().filter(|own| {
                     // Steps that begin at different rows may settle at the same one.
@@ -317,17 +321,23 @@ fn searched(case: &Case<'_>) -> Option<Found> {
                 next.extend(fitted);
             }
         }
-        let scale = Scale::of(all.iter().chain(&next));
-        order::sort_by(&mut next, |own| own.score(scale));
-        let before = all
-            .iter()
-            .map(|own| own.score(scale))
-            .fold(f64::INFINITY, f64::min);
-        let gains = next.first().is_some_and(|own| own.score(scale) < before);
-        if !gains {
+        let mut robust = Vec::new();
+        let is_alone = |own: &Fitted| own.is_explained() && own.hypothesis.rows.is_empty();
+        if !next.iter().any(is_alone) {
+            robust = search.without_rows(&next, BEAM);
+        }
+        let scale = Scale::of(all.iter().chain(&next).chain(&robust));
+        for own in [&mut next, &mut robust] {
+            order::sort_by(own, |own| own.score(scale));
+        }
+        let scores = all.iter().map(|own| own.score(scale));
+        let before = scores.fold(f64::INFINITY, f64::min);
+        beam = next.iter().take(BEAM).cloned().collect();
+        beam.extend(robust.first().cloned());
+        if !beam.iter().any(|own| own.score(scale) < before) {
             break;
         }
-        beam = next.iter().take(BEAM).cloned().collect();
+        all.extend(robust);
         all.extend(next);
     }
     let scale = Scale::of(&all);
@@ -407,6 +417,8 @@ impl<'a> Search<'a> {
                 EffectKind::Move if kinds.iter().all(|kind| !self.case.readings.holds(*kind)) => {
                     sum += self.penalty(3, self.alike(Some(EffectKind::Move)));
                 }
+                // Of shapes that explain it as well, the most even one.
+                EffectKind::Drift => sum += self.penalty(3, 1.0) + own.index as f64,
                 kind => sum += self.penalty(kind.unknowns(), self.alike(Some(kind))),
             }
         }
@@ -501,7 +513,8 @@ impl<'a> Search<'a> {
         // Of an estimated noise, its restricted likelihood.
         let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
         let variance = solution.squares() / freedom.max(1.0);
-        if self.levels.is_some() && !(variance > 0.0) {
+        let is_left = hypothesis.rows.is_empty() || freedom >= LEAST_LEFT;
+        if self.levels.is_some() && !(variance > 0.0 && is_left) {
             return None;
         }
         let spread = 2.0 * per_reading + variance.natural_logarithm();
@@ -578,7 +591,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Its last step a row earlier and later; of rows alone, all but one.
+    /// Its last step a row earlier and later, its drift a little faster and slower; of rows alone, all but one.
     fn beside(&self, best: &Fitted) -> Vec<Hypothesis> {
         let Hypothesis { effects, rows, .. } = &best.hypothesis;
         let Some(step) = effects.last() else {
@@ -589,24 +602,58 @@ impl<'a> Search<'a> {
             });
             return fewer.collect();
         };
-        let least = match step.kind {
-            EffectKind::Move => LEAST_ROWS,
-            EffectKind::Slip => 1,
-            _ => return Vec::new(),
+        let at = |index: usize| {
+            let mut hypothesis = best.hypothesis.clone();
+            *hypothesis.effects.last_mut()? = step.at(index);
+            Some(hypothesis)
         };
         let fitted = |row: &usize| !best.left_out.contains(row);
-        let all = (0..self.rows).filter(fitted).count();
+        let rows = (0..self.rows).filter(fitted).count();
+        let indices = match step.kind {
+            EffectKind::Move => LEAST_ROWS..=rows.saturating_sub(LEAST_ROWS),
+            EffectKind::Slip => 1..=rows.saturating_sub(1),
+            EffectKind::Drift => 0..=FASTEST,
+            _ => return Vec::new(),
+        };
         let beside = [step.index.checked_sub(1), Some(step.index + 1)];
-        let beside = beside.into_iter().flatten().filter(|row| {
-            let before = (0..*row).filter(fitted).count();
-            (least..=all.saturating_sub(least)).contains(&before)
+        let beside = beside.into_iter().flatten().filter(|index| {
+            let before = (0..*index).filter(|row| fitted(row) || !step.kind.is_step());
+            indices.contains(&before.count())
         });
-        let moved = beside.filter_map(|row| {
-            let mut hypothesis = best.hypothesis.clone();
-            *hypothesis.effects.last_mut()? = step.at(row);
-            Some(hypothesis)
+        beside.filter_map(at).collect()
+    }
+
+    /// States with all rows without those that disagree in a robust fit, where this leaves the least noise and leaves few out.
+    fn without_rows(&self, states: &[Fitted], most: usize) -> Vec<Fitted> {
+        let with_all = states.iter().filter(|own| own.hypothesis.rows.is_empty());
+        let readings = self.case.readings.readings() as f64;
+        let robust = with_all.filter_map(|own| {
+            let (noise, rows) = Scan::of(&own.solution)?.suspected()?;
+            let rows = self.original(own, Hypothesis::without(&rows));
+            let both = own.hypothesis.and(&rows)?;
+            let noise = noise * own.solution.noise.first()?.sigma;
+            let score = 2.0 * readings * noise.natural_logarithm() + self.penalties(&both);
+            Some((score, both))
         });
-        moved.collect()
+        let mut robust: Vec<_> = robust.collect();
+        order::sort_by(&mut robust, |own| own.0);
+        let robust = robust.into_iter().take(most);
+        robust.filter_map(|own| self.settled(own.1)).collect()
+    }
+
+    /// A hypothesis about the rows that were fitted.
+    fn original(&self, state: &Fitted, own: Hypothesis) -> Hypothesis {
+        let fitted = |row: &usize| !state.left_out.contains(row);
+        let left: Vec<_> = (0..self.rows).filter(fitted).collect();
+        let effects = own.effects.into_iter().map(|own| match own.kind {
+            kind if kind.is_step() => own.at(left[own.index]),
+            _ => own,
+        });
+        Hypothesis {
+            effects: effects.collect(),
+            rows: own.rows.into_iter().map(|row| left[row]).collect(),
+            from: own.from,
+        }
     }
 
     /// The best hypotheses of each kind beside those of a state, to first order.
@@ -614,22 +661,8 @@ impl<'a> Search<'a> {
         let Some(scan) = Scan::of(&state.solution) else {
             return Vec::new();
         };
-        let fitted = |row: &usize| !state.left_out.contains(row);
-        let left: Vec<_> = (0..self.rows).filter(fitted).collect();
-        let original = |own: Hypothesis| Hypothesis {
-            effects: own
-                .effects
-                .into_iter()
-                .map(|own| match own.kind {
-                    kind if kind.is_step() => own.at(left[own.index]),
-                    _ => own,
-                })
-                .collect(),
-            rows: own.rows.into_iter().map(|row| left[row]).collect(),
-            from: own.from,
-        };
         let (of_targets, unstated) = self.of_targets(state);
-        let mut kinds = self.gains(&scan, left.len());
+        let mut kinds = self.gains(&scan, state.solution.rows.len());
         if !unstated.is_empty() {
             let gains = unstated.iter().filter_map(|own| scan.throughout(&[*own]));
             kinds.push(gains.collect());
@@ -663,7 +696,7 @@ impl<'a> Search<'a> {
             });
             for (gain, hypothesis) in gains.into_iter().take(most) {
                 if gain / variance > FIRST_ORDER * self.penalties(&hypothesis)
-                    && let Some(both) = state.hypothesis.and(&original(hypothesis))
+                    && let Some(both) = state.hypothesis.and(&self.original(state, hypothesis))
                 {
                     chosen.push(both);
                 }

@@ -27,8 +27,8 @@ enum Fault {
     TwiceATurn(f64),
     /// mm at the largest radius.
     Sag(f64),
-    /// mm over all rows.
-    Drift(f64),
+    /// mm over all rows, and how many time constants they take; 0 if it is even.
+    Drift(f64, f64),
     Scale(f64),
     /// Every third row by so many mm.
     Rows(f64),
@@ -81,8 +81,11 @@ fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) 
                 x += Vector3::new(0.6, 0.64, 0.48) * by;
             }
             Fault::Sag(by) => x.z -= by * x.xy().norm_squared() / largest,
-            Fault::Drift(by) => {
-                x += Vector3::new(0.6, 0.64, 0.48) * by * index as f64 / rows as f64;
+            Fault::Drift(by, constants) => {
+                let even = index as f64 / rows as f64;
+                let slower = -(-constants * even).exp_m1();
+                let part = if constants > 0.0 { slower } else { even };
+                x += Vector3::new(0.6, 0.64, 0.48) * by * part;
             }
             Fault::Scale(by) => x *= 1.0 + by,
             Fault::Rows(by) if index % 3 == seed % 3 => {
@@ -173,7 +176,7 @@ fn words(fault: Fault, (joint, from): (usize, usize)) -> Vec<String> {
             format!("an error twice a turn of arm {arm}"),
         ],
         Fault::Sag(_) => vec!["the platform is lower".to_owned()],
-        Fault::Drift(_) => vec!["drift".to_owned()],
+        Fault::Drift(..) => vec!["drift".to_owned()],
         Fault::Scale(_) => vec!["lengths are".to_owned()],
         Fault::Rows(_) => vec!["agree, all but".to_owned(), "disagree".to_owned()],
     }
@@ -187,7 +190,8 @@ fn besides(fault: Fault, (joint, _): (usize, usize)) -> Vec<String> {
             .map(|arm| format!("arm {arm}: the joint's error"))
             .chain(["line 2 disagrees".to_owned()])
             .collect(),
-        Fault::Drift(_) => vec!["beside the platform point".to_owned()],
+        Fault::Drift(_, constants) if constants > 0.0 => vec!["are moved".to_owned()],
+        Fault::Drift(..) => vec!["beside the platform point".to_owned()],
         _ => Vec::new(),
     }
 }
@@ -211,8 +215,8 @@ const FAULTS: [Fault; 25] = [
     Fault::TwiceATurn(0.03),
     Fault::Sag(0.5),
     Fault::Sag(5.0),
-    Fault::Drift(0.4),
-    Fault::Drift(3.0),
+    Fault::Drift(0.4, 0.0),
+    Fault::Drift(3.0, 3.0),
     Fault::Scale(5e-3),
     Fault::Scale(-2e-2),
     Fault::Scale(5e-2),
@@ -226,7 +230,7 @@ const IN_ROWS: [(usize, Fault); 17] = [
     (12, Fault::Slip(0.8)),
     (12, Fault::Move(5.0, 0.0)),
     (12, Fault::Scale(2e-2)),
-    (12, Fault::Drift(2.0)),
+    (12, Fault::Drift(2.0, 0.0)),
     (15, Fault::Slip(0.2)),
     (15, Fault::Backlash(0.2, false)),
     (18, Fault::Gear(1e-2)),
@@ -236,7 +240,7 @@ const IN_ROWS: [(usize, Fault); 17] = [
     (24, Fault::Move(1.0, 0.0)),
     (1000, Fault::Slip(0.02)),
     (1000, Fault::Backlash(0.01, false)),
-    (1000, Fault::Drift(0.2)),
+    (1000, Fault::Drift(0.2, 0.0)),
 ];
 
 /// What a message says that names any fault.
@@ -402,7 +406,7 @@ fn two_faults_at_once_are_both_named() {
 /// Such rows are no cause: beside one, nothing else says what they are.
 #[test]
 fn wrong_rows_beside_a_cause_are_said_where_the_noise_is_estimated() {
-    let causes = [Fault::Gear(1e-2), Fault::Sag(2.0), Fault::Drift(1.0)];
+    let causes = [Fault::Gear(1e-2), Fault::Sag(2.0), Fault::Drift(1.0, 0.0)];
     for (seed, fault) in causes.into_iter().enumerate() {
         let (robot, mut readings, _) = made((seed, ROWS), Frame::Base, seed, Noise::Nowhere);
         let words = words(fault, spoilt(&mut readings, fault, seed));
@@ -547,10 +551,14 @@ fn a_mistake_in_all_heights_or_distances_is_named() {
 /// The robot is where its base was at the first row: that is what its positions are known to, and a row of the budget, whose
 /// parts make up the whole; further poses leave it.
 #[test]
-fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
+fn what_causes_do_to_positions_is_stated() {
     let mut promise = Promise::default();
     for geometry in 0..6 {
-        for fault in [Fault::Drift(0.5), Fault::Move(0.3, 0.0)] {
+        for fault in [
+            Fault::Drift(0.5, 0.0),
+            Fault::Move(0.3, 0.0),
+            Fault::Scale(2e-3),
+        ] {
             let (robot, mut readings, truth) =
                 made((geometry, 40), Frame::Base, geometry, Noise::Nowhere);
             spoilt(&mut readings, fault, geometry);
@@ -568,7 +576,9 @@ fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
                 "{absolute} {relative}"
             );
             let mut sources = report.budget.iter();
-            let causes = sources.find(|own| own.source == "causes").unwrap();
+            let Some(causes) = sources.find(|own| own.source == "causes") else {
+                continue;
+            };
             let mut next = report.next_poses.iter();
             assert!(next.all(|own| own.expected_error_mm > 0.9 * causes.absolute_mm));
             promise.add(&robot, &truth, &report, 1);
@@ -577,7 +587,7 @@ fn what_a_drift_does_to_the_place_of_the_base_is_stated() {
     let (accepted, achieved) = (promise.accepted(), promise.ratios());
     println!("{accepted} accepted, achieved/stated {achieved:?}");
     assert!(
-        accepted >= 8 && achieved.iter().all(|own| (0.5..1.1).contains(own)),
+        accepted > 12 && achieved.iter().all(|own| (0.5..1.1).contains(own)),
         "{achieved:?}"
     );
 }

@@ -70,14 +70,14 @@ pub(super) fn off(imported: &Imported) -> Vec<Touched> {
     off.collect()
 }
 
-/// How well touches agree with the configuration that are too few to improve it, mm rms.
-pub(super) fn too_few(imported: &Imported) -> Option<f64> {
+/// The touches that agree with the configuration and are too few to improve it: their number, and how well, mm rms.
+pub(super) fn too_few(imported: &Imported) -> Option<(usize, f64)> {
     let off = off(imported);
     let count = off.len() as f64;
     let mean = off.iter().map(|own| own.2).sum::<f64>() / count;
     let squares = off.iter().map(|own| (own.2 - mean) * (own.2 - mean));
     let left = (squares.sum::<f64>() / count).sqrt();
-    (off.len() < IMPROVING && left < AGREE).then_some(left)
+    (off.len() < IMPROVING && left < AGREE).then_some((off.len(), left))
 }
 
 /// A grid of poses that a robot reaches over the printed area, on the bed and above it.

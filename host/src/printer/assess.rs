@@ -52,9 +52,9 @@ pub struct Printer {
     pub uneven: Option<Uneven>,
     /// How the effector tilts, if the probe is beside the nozzle.
     pub effector: Option<Effector>,
-    /// How well touches agree with the configuration that are too few to improve it, mm rms.
+    /// The touches that agree with the configuration and are too few to improve it: their number, and how well, mm rms.
     #[serde(skip)]
-    pub agree_mm: Option<f64>,
+    pub agreeing: Option<(usize, f64)>,
     /// The probabilities that the lines to paste print better.
     pub better_probability: Option<Better>,
     /// Where the bed was touched.
@@ -196,9 +196,9 @@ impl Printer {
         let better_probability =
             both.map(|(before, after)| uncertain.better(before, after, &covariance, other));
         let better_probability = better_probability.map(|own| own.of(judged));
-        let agree_mm = too_few(imported).filter(|_| distances == 0);
-        let better_probability = better_probability.filter(|_| agree_mm.is_none());
-        let better = agree_mm.is_none()
+        let agreeing = too_few(imported).filter(|_| distances == 0);
+        let better_probability = better_probability.filter(|_| agreeing.is_none());
+        let better = agreeing.is_none()
             && both.is_none_or(|(before, after)| after.is_better_than(before, judged))
             && better_probability.is_none_or(Better::is_likely);
         let [before, after] = [before, after].map(|own| own.map(|own| own.of_readings(judged)));
@@ -220,7 +220,7 @@ impl Printer {
             .concat(),
             uneven,
             effector,
-            agree_mm,
+            agreeing,
             heights,
             distances,
             bed_radius_mm: radius,

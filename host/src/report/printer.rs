@@ -420,11 +420,11 @@ fn paste(printer: &Printer) -> String {
         let chances = chances.map(|own| format!(": {own}"));
         return format!("Paste the lines below{}.", chances.unwrap_or_default());
     }
-    if let Some(agree) = printer.agree_mm {
+    if let Some((touches, off)) = printer.agreeing {
         return format!(
             "Nothing to change: {} agree with the configuration to {} mm rms. Touch ten or more places to improve it.",
-            count(printer.heights, "height"),
-            significant(agree, 1)
+            count(touches, "height"),
+            significant(off, 1)
         );
     }
     let chances = chances.map(|own| format!(" (best: {own})"));

@@ -142,7 +142,7 @@ pub(super) fn jointly(
     if is_free {
         state.found.frame = state.aligned(readings);
     }
-    let (mut last, mut expected) = (f64::INFINITY, 1.0);
+    let (mut last, mut expected, mut ended) = (f64::INFINITY, 1.0, false);
     for round in 1.. {
         halt::check();
         let course = state.course(readings);
@@ -158,7 +158,7 @@ pub(super) fn jointly(
         let due = if expected > NARROWED { expected } else { 1.0 };
         let (mut solution, factor) = match fit(due) {
             Ok(solution) => (solution, due),
-            Err(why) if strict && state.effects.is_empty() => return Err(why),
+            Err(why) if strict && (ended || state.effects.is_empty()) => return Err(why),
             Err(why) => {
                 let narrower = last / NARROWED;
                 let possible = narrower > due && narrower.is_finite();
@@ -199,8 +199,7 @@ pub(super) fn jointly(
         }
         // The effects explain no more of what the noise does not.
         if strict && factor > 1.0 {
-            fit(1.0)?;
-            expected = 1.0;
+            (expected, ended) = (1.0, true);
             continue;
         }
         turn.added_to(&mut solution);

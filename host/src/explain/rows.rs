@@ -71,15 +71,15 @@ pub(crate) fn shifted(
 const FEWEST_OFFSET: usize = 4;
 /// All points share an offset if its mean is this many times the scatter about it…
 const SAME: f64 = 4.0;
-/// …and more than this fraction of the forearm…
+/// …and more than this fraction of the forearm.
 const LEAST: f64 = 0.005;
-/// …and more than this many σ of the arms' height within the tolerance: end stops move all points, too.
-const SIGMAS: f64 = 3.0;
 
-/// All points are off by nearly the same: the measured point may be a reflector or a tip.
+/// All points are off by nearly the same: the measured point may be a reflector or a tip. With a tolerance, the search looks
+/// for one.
 pub(crate) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     let robot = case.robot;
-    if case.options.frame == Frame::Sensor || !robot.instruments.targets.is_empty() {
+    let stated = robot.tolerance.is_some() || !robot.instruments.targets.is_empty();
+    if case.options.frame == Frame::Sensor || stated {
         return None;
     }
     let offset = |row: &Sample<f64>| Some(row.position - robot.robot.forward(&row.joints).ok()?);
@@ -93,11 +93,7 @@ pub(crate) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     let squares: f64 = offsets.iter().map(|own| (own - mean).norm_squared()).sum();
     let scatter = (squares / number).sqrt();
     let [arm, ..] = robot.robot.arms();
-    let [_, _, height, ..] = robot
-        .tolerance
-        .map_or([0.0; 8], |tolerance| tolerance.of_places(arm));
-    let least = (LEAST * arm.lb()).max(SIGMAS * height);
-    if !(mean.norm() > SAME * scatter && mean.norm() > least) {
+    if !(mean.norm() > SAME * scatter && mean.norm() > LEAST * arm.lb()) {
         return None;
     }
     let [x, y, z] = robot.convention.vector(&mean).data.0[0];

@@ -6,7 +6,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, Readings};
 use crate::finding::{Finding, warning};
 use crate::fit::{Case, Frame, Solution, solve};
-use crate::geometry::Parallelograms;
+use crate::geometry::{Parallelograms, centroid};
 use delta_cal::Sample;
 use nalgebra::Vector3;
 use serde_json::json;
@@ -67,8 +67,6 @@ pub(crate) fn shifted(
     ))
 }
 
-/// Fewest points that show an offset.
-const FEWEST_OFFSET: usize = 4;
 /// All points share an offset if its mean is this many times the scatter about it…
 const SAME: f64 = 4.0;
 /// …and more than this fraction of the forearm.
@@ -85,15 +83,12 @@ pub(crate) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     let offset = |row: &Sample<f64>| Some(row.position - robot.robot.forward(&row.joints).ok()?);
     let samples: Vec<_> = case.readings.samples().map(|row| row.value).collect();
     let offsets: Vec<Vector3<f64>> = samples.iter().filter_map(offset).collect();
-    if offsets.len() < FEWEST_OFFSET || 2 * offsets.len() < samples.len() {
-        return None;
-    }
-    let number = offsets.len() as f64;
-    let mean = offsets.iter().sum::<Vector3<f64>>() / number;
+    let few = 2 * offsets.len() < samples.len();
+    let mean = centroid(offsets.iter().copied());
     let squares: f64 = offsets.iter().map(|own| (own - mean).norm_squared()).sum();
-    let scatter = (squares / number).sqrt();
+    let scatter = (squares / offsets.len() as f64).sqrt();
     let [arm, ..] = robot.robot.arms();
-    if !(mean.norm() > SAME * scatter && mean.norm() > LEAST * arm.lb()) {
+    if few || !(mean.norm() > SAME * scatter && mean.norm() > LEAST * arm.lb()) {
         return None;
     }
     let [x, y, z] = robot.convention.vector(&mean).data.0[0];

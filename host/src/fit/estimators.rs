@@ -72,12 +72,13 @@ impl Found {
 
 impl Task<'_> {
     pub(super) fn solve(&self, levels: &Levels) -> Result<Solution, Unsolved> {
+        let settings = Settings::new().with_tolerance(self.tolerance);
+        let noisy = settings.with_noise(levels.position);
         let given = match self.method {
             Method::Fkm => None,
-            Method::Joint => Some(self.joint(&levels.position)?),
-            Method::Ikm => Some(self.ikm(&levels.position)?),
+            Method::Joint => Some(self.joint(&noisy)?),
+            Method::Ikm => Some(self.ikm(&noisy, &levels.position)?),
         };
-        let settings = Settings::new().with_tolerance(self.tolerance);
         let (planes, points) = known_places(self.robot, self.readings);
         let instruments = instruments(self.robot, self.frame, &planes, &points, levels)?;
         let mut rows = rows(self.readings.rows.iter().map(|row| &row.value))?;
@@ -93,22 +94,15 @@ impl Task<'_> {
         self.readings.samples().map(|row| row.value).collect()
     }
 
-    fn settings(&self, noise: &Noise<f64>) -> Settings<f64> {
-        Settings::default()
-            .with_noise(*noise)
-            .with_tolerance(self.tolerance)
-    }
-
     /// The parameters of a robot less those of the file.
     fn moved(&self, robot: &Robot<f64>) -> [f64; PARAMETERS] {
         let [after, before] = [robot, &self.robot.robot].map(|own| own.parameters().concat());
         std::array::from_fn(|place| after[place] - before[place])
     }
 
-    fn joint(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
+    fn joint(&self, settings: &Settings<f64>) -> Result<Found, Unsolved> {
         let samples = self.samples();
-        let settings = self.settings(noise);
-        let empty = JointCalibrator::new(&self.robot.robot, &settings);
+        let empty = JointCalibrator::new(&self.robot.robot, settings);
         let (before, after) = samples.split_at(samples.len() / 2);
         let taken = |first: usize, samples: &[Sample<f64>]| {
             let mut own = empty.clone();
@@ -130,9 +124,9 @@ impl Task<'_> {
         Found::of(&outcome.robot, moved, &outcome.estimate)
     }
 
-    fn ikm(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
+    fn ikm(&self, settings: &Settings<f64>, noise: &Noise<f64>) -> Result<Found, Unsolved> {
         let samples = self.samples();
-        let mut calibrator = IkmCalibrator::new(&self.robot.robot, &self.settings(noise));
+        let mut calibrator = IkmCalibrator::new(&self.robot.robot, settings);
         for (part, samples) in samples.chunks(AT_ONCE).enumerate() {
             halt::check();
             calibrator

@@ -87,17 +87,17 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         instruments: &'a Instruments<'a, T>,
         rows: &'a mut [ObservationRow<T>],
     ) -> Result<Self, PrepareError> {
-        Self::prepare_with(robot, instruments, rows, |_| None)
+        Self::prepare_with((robot, robot), instruments, rows, |_| None)
     }
 
-    /// The same with rows whose readings' errors are not independent or not alike. `shape` gives their covariance, without the
-    /// joints' part, by the index of the row: of x, y, z, height and distance, in products of the σ of the
-    /// [noise](super::ObservationNoise), symmetric and positive definite.
+    /// The same with the weights at a robot `near` that reaches the rows, too, and with errors that are not independent or not
+    /// alike. `shape` gives the readings' covariance, without the joints' part, by the index of the row: of x, y, z, height and
+    /// distance, in products of the σ of the [noise](super::ObservationNoise), symmetric and positive definite.
     ///
     /// # Errors
     /// As [`prepare`](Self::prepare).
     pub fn prepare_with(
-        robot: &'a Robot<T>,
+        (robot, near): (&'a Robot<T>, &Robot<T>),
         instruments: &'a Instruments<'a, T>,
         rows: &'a mut [ObservationRow<T>],
         mut shape: impl FnMut(usize) -> Option<SMatrix<T, 5, 5>>,
@@ -115,7 +115,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
         for (index, row) in rows.iter_mut().enumerate() {
-            let placed = row.place(robot);
+            let placed = row.place(near).and_then(|()| row.place(robot));
             row.left_out = placed == Err(ObservationError::Unreached);
             if !row.left_out {
                 placed.map_err(|error| PrepareError::Row { index, error })?;
@@ -126,7 +126,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         prepared.start.locate_all(robot, instruments, rows);
         for (index, row) in rows.iter_mut().enumerate() {
             let shape = shape(index);
-            prepared.weigh(robot, instruments, row, |one, other| {
+            prepared.weigh(near, instruments, row, |one, other| {
                 shape?.get((one, other)).copied()
             });
         }

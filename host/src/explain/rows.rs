@@ -6,7 +6,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, Readings};
 use crate::finding::{Finding, warning};
 use crate::fit::{Case, Frame, Solution, solve};
-use crate::geometry::Parallelograms;
+use crate::geometry::{Parallelograms, centroid};
 use delta_cal::Sample;
 use nalgebra::Vector3;
 use serde_json::json;
@@ -67,37 +67,28 @@ pub(crate) fn shifted(
     ))
 }
 
-/// Fewest points that show an offset.
-const FEWEST_OFFSET: usize = 4;
 /// All points share an offset if its mean is this many times the scatter about it…
 const SAME: f64 = 4.0;
-/// …and more than this fraction of the forearm…
+/// …and more than this fraction of the forearm.
 const LEAST: f64 = 0.005;
-/// …and more than this many σ of the arms' height within the tolerance: end stops move all points, too.
-const SIGMAS: f64 = 3.0;
 
-/// All points are off by nearly the same: the measured point may be a reflector or a tip.
+/// All points are off by nearly the same: the measured point may be a reflector or a tip. With a tolerance, the search looks
+/// for one.
 pub(crate) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     let robot = case.robot;
-    if case.options.frame == Frame::Sensor || !robot.instruments.targets.is_empty() {
+    let stated = robot.tolerance.is_some() || !robot.instruments.targets.is_empty();
+    if case.options.frame == Frame::Sensor || stated {
         return None;
     }
     let offset = |row: &Sample<f64>| Some(row.position - robot.robot.forward(&row.joints).ok()?);
     let samples: Vec<_> = case.readings.samples().map(|row| row.value).collect();
     let offsets: Vec<Vector3<f64>> = samples.iter().filter_map(offset).collect();
-    if offsets.len() < FEWEST_OFFSET || 2 * offsets.len() < samples.len() {
-        return None;
-    }
-    let number = offsets.len() as f64;
-    let mean = offsets.iter().sum::<Vector3<f64>>() / number;
+    let few = 2 * offsets.len() < samples.len();
+    let mean = centroid(offsets.iter().copied());
     let squares: f64 = offsets.iter().map(|own| (own - mean).norm_squared()).sum();
-    let scatter = (squares / number).sqrt();
+    let scatter = (squares / offsets.len() as f64).sqrt();
     let [arm, ..] = robot.robot.arms();
-    let [_, _, height, ..] = robot
-        .tolerance
-        .map_or([0.0; 8], |tolerance| tolerance.of_places(arm));
-    let least = (LEAST * arm.lb()).max(SIGMAS * height);
-    if !(mean.norm() > SAME * scatter && mean.norm() > least) {
+    if few || !(mean.norm() > SAME * scatter && mean.norm() > LEAST * arm.lb()) {
         return None;
     }
     let [x, y, z] = robot.convention.vector(&mean).data.0[0];

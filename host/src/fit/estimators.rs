@@ -72,17 +72,13 @@ impl Found {
 
 impl Task<'_> {
     pub(super) fn solve(&self, levels: &Levels) -> Result<Solution, Unsolved> {
+        let settings = Settings::new().with_tolerance(self.tolerance);
+        let noisy = settings.with_noise(levels.position);
         let given = match self.method {
             Method::Fkm => None,
-            Method::Joint => Some(self.joint(&levels.position)?),
-            Method::Ikm => Some(self.ikm(&levels.position)?),
+            Method::Joint => Some(self.joint(&noisy)?),
+            Method::Ikm => Some(self.ikm(&noisy, &levels.position)?),
         };
-        self.complete(levels, given)
-    }
-
-    /// Completes the solution from the given robot, or solves by the FKM method.
-    fn complete(&self, levels: &Levels, given: Option<Found>) -> Result<Solution, Unsolved> {
-        let settings = Settings::new().with_tolerance(self.tolerance);
         let (planes, points) = known_places(self.robot, self.readings);
         let instruments = instruments(self.robot, self.frame, &planes, &points, levels)?;
         let mut rows = rows(self.readings.rows.iter().map(|row| &row.value))?;
@@ -98,22 +94,15 @@ impl Task<'_> {
         self.readings.samples().map(|row| row.value).collect()
     }
 
-    fn settings(&self, noise: &Noise<f64>) -> Settings<f64> {
-        Settings::default()
-            .with_noise(*noise)
-            .with_tolerance(self.tolerance)
-    }
-
     /// The parameters of a robot less those of the file.
     fn moved(&self, robot: &Robot<f64>) -> [f64; PARAMETERS] {
         let [after, before] = [robot, &self.robot.robot].map(|own| own.parameters().concat());
         std::array::from_fn(|place| after[place] - before[place])
     }
 
-    fn joint(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
+    fn joint(&self, settings: &Settings<f64>) -> Result<Found, Unsolved> {
         let samples = self.samples();
-        let settings = self.settings(noise);
-        let empty = JointCalibrator::new(&self.robot.robot, &settings);
+        let empty = JointCalibrator::new(&self.robot.robot, settings);
         let (before, after) = samples.split_at(samples.len() / 2);
         let taken = |first: usize, samples: &[Sample<f64>]| {
             let mut own = empty.clone();
@@ -135,9 +124,9 @@ impl Task<'_> {
         Found::of(&outcome.robot, moved, &outcome.estimate)
     }
 
-    fn ikm(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
+    fn ikm(&self, settings: &Settings<f64>, noise: &Noise<f64>) -> Result<Found, Unsolved> {
         let samples = self.samples();
-        let mut calibrator = IkmCalibrator::new(&self.robot.robot, &self.settings(noise));
+        let mut calibrator = IkmCalibrator::new(&self.robot.robot, settings);
         for (part, samples) in samples.chunks(AT_ONCE).enumerate() {
             halt::check();
             calibrator
@@ -175,27 +164,35 @@ impl Task<'_> {
         let readings = &self.readings.rows;
         let shape = |row: usize| shape(&readings.get(row)?.value, levels);
         let mut again = rows.to_vec();
-        let problem = ObservationProblem::<f64, N>::prepare_with(robot, instruments, rows, shape)?;
-        let count = problem.rows().len();
-        let (mut weights, mut suspected, mut worth) = (vec![1.0; count], vec![false; count], 1.0);
+        let first = ObservationProblem::prepare_with((robot, robot), instruments, rows, shape)?;
         let unknowns = PARAMETERS + instruments.unknowns();
-        let units: Vec<f64> = (0..unknowns).map(|place| problem.unit_of(place)).collect();
-        let start = *problem.start_unknowns();
-        let is_given = given.is_some();
+        let units: Vec<f64> = (0..unknowns).map(|place| first.unit_of(place)).collect();
+        let start = *first.start_unknowns();
+        let prior = first.prior(settings);
+        let fit = |problem: &_| robust::fit(problem, settings, self.robust);
+        let near = match &given {
+            Some(own) => Some(own.robot.clone()),
+            None if levels.position.joint() > 0.0 => fit(&first).ok().map(|own| own.outcome.robot),
+            None => None,
+        };
+        let problem = match &near {
+            // Near a singularity the readings' weights are others at the robot of the file.
+            Some(near) => {
+                let from = if given.is_some() { near } else { robot };
+                ObservationProblem::prepare_with((from, near), instruments, &mut again, shape)?
+            }
+            None => first,
+        };
+        let (mut of_rows, mut worth) = ((Vec::new(), Vec::new()), 1.0);
         let (found, end, frame) = if let Some(given) = given {
             (given, start, RigidTransform::identity())
         } else {
-            let outcome = if self.robust {
-                let found = robust::fit(&problem, settings)?;
-                (weights, suspected, worth) = (found.weights, found.suspected, found.worth);
-                found.outcome
-            } else {
-                problem.solve_watched(settings, halt::check)?
-            };
-            let estimate = &outcome.estimate;
+            let own = fit(&problem)?;
+            (of_rows, worth) = ((own.weights, own.suspected), own.worth);
+            let estimate = &own.outcome.estimate;
             let moved = std::array::from_fn(|place| estimate.correction[place] * units[place]);
-            let found = Found::of(&outcome.robot, moved, estimate)?;
-            (found, *outcome.unknowns(), outcome.frame())
+            let found = Found::of(&own.outcome.robot, moved, estimate)?;
+            (found, *own.outcome.unknowns(), own.outcome.frame())
         };
         let moved = DVector::from_fn(unknowns, |place, _| match found.moved.get(place) {
             Some(moved) => *moved,
@@ -205,7 +202,6 @@ impl Task<'_> {
         for ((own, moved), unit) in correction.iter_mut().zip(&moved).zip(&units) {
             *own = if *unit > 0.0 { moved / unit } else { 0.0 };
         }
-        let prior = problem.prior(settings);
         let triangle: Triangle<f64, N> = prior.rows(1.0, &correction);
         let mut prior = DMatrix::zeros(unknowns, unknowns);
         let mut right = DVector::zeros(unknowns);
@@ -223,16 +219,8 @@ impl Task<'_> {
         };
         let covariance = found.covariance.resize(unknowns, unknowns, 0.0);
         let held = &prior * &covariance;
-        let (at, of_rows) = ((&found.robot, &end), (&weights[..], &suspected[..]));
-        let (rows, sensitivities, log_spread) = if is_given {
-            // Near a singularity the readings' weights are others at the robot of the file.
-            let again = &mut again;
-            let problem =
-                ObservationProblem::prepare_with(&found.robot, instruments, again, shape)?;
-            looked_at(&problem, at, &covariance, of_rows)
-        } else {
-            looked_at(&problem, at, &covariance, of_rows)
-        };
+        let (at, of_rows) = ((&found.robot, &end), (&of_rows.0[..], &of_rows.1[..]));
+        let (rows, sensitivities, log_spread) = looked_at(&problem, at, &covariance, of_rows);
         let mut noise = self.noise_of(&rows, levels, worth);
         if let (Some(separate), [own]) = (&found.separate, noise.as_mut_slice()) {
             own.squares = separate.squares;
@@ -406,8 +394,8 @@ where
         let fit = RowFit {
             whitened: whitened.unwrap_or_default(),
             leverage,
-            weight: weights[row],
-            suspected: suspected[row],
+            weight: weights.get(row).copied().unwrap_or(1.0),
+            suspected: suspected.get(row).is_some_and(|own| *own),
             left_out: problem.rows()[row].is_left_out(),
         };
         let kept = row.is_multiple_of(every) && !fit.left_out && !fit.suspected;

@@ -105,14 +105,23 @@ pub(super) struct RobustFit<const N: usize> {
     pub(super) worth: f64,
 }
 
-/// Calibrates a robot from rows of which some may be wrong.
+/// Calibrates a robot from rows, of which some may be wrong if it is to be `robust`.
 pub(super) fn fit<const N: usize>(
     problem: &ObservationProblem<'_, f64, N>,
     settings: &Settings<f64>,
+    robust: bool,
 ) -> Result<RobustFit<N>, Unsolved>
 where
     f64: Unknowns<N>,
 {
+    if !robust {
+        return Ok(RobustFit {
+            outcome: problem.solve_watched(settings, crate::halt::check)?,
+            weights: Vec::new(),
+            suspected: Vec::new(),
+            worth: 1.0,
+        });
+    }
     let states: Vec<_> = problem.rows().iter().map(State::of).collect();
     let counted = states.iter().filter(|own| own.readings > 0).count();
     if counted < LEAST_ROWS {

@@ -248,9 +248,9 @@ impl Information {
             return Err(PlanError::TooManyInstruments);
         }
         let shape = |index: usize| shape(rows.get(index)?, &levels);
-        let problem =
-            ObservationProblem::<f64, MOST>::prepare_with(robot, &instruments, &mut all, shape)
-                .map_err(|_| PlanError::Singular)?;
+        let (at, all) = ((robot, robot), &mut all);
+        let problem = ObservationProblem::<f64, MOST>::prepare_with(at, &instruments, all, shape)
+            .map_err(|_| PlanError::Singular)?;
         let known = setup.datum.as_ref();
         let frame = known.map_or(setup.frame, |_| Frame::Base);
         let settings = Settings::new().with_tolerance(tolerance(&setup.robot, frame));

@@ -36,8 +36,6 @@ const HEIGHT_ROUNDS: u32 = 60;
 const WIDEST: f64 = 1e6;
 /// Factor by which a widened noise shrinks while that is possible.
 const NARROWED: f64 = 3.0;
-/// A factor that shrinks by less than this has settled.
-const NARROWER: f64 = 0.9;
 /// σ of an unknown that is exact.
 const EXACT: f64 = 1e-6;
 /// A step that would lower the cost by less than this, in units of the residuals' variance, is none: every unknown is
@@ -142,7 +140,7 @@ pub(super) fn jointly(
     if is_free {
         state.found.frame = state.aligned(readings);
     }
-    let (mut last, mut expected, mut ended) = (f64::INFINITY, 1.0, false);
+    let mut last = f64::INFINITY;
     for round in 1.. {
         halt::check();
         let course = state.course(readings);
@@ -152,32 +150,29 @@ pub(super) fn jointly(
             Some(sensor) => (undone.turned(&sensor.inverse()), Frame::Base),
             None => (undone.clone(), frame),
         };
-        let height = state.height;
-        let fit = |factor| alone(&seen, within, factor, height);
-        // Residuals that the last step leaves far above the noise would contradict it again.
-        let due = if expected > NARROWED { expected } else { 1.0 };
-        let (mut solution, factor) = match fit(due) {
-            Ok(solution) => (solution, due),
-            Err(why) if strict && (ended || state.effects.is_empty()) => return Err(why),
-            Err(why) => {
+        let exact = alone(&seen, within, 1.0, state.height);
+        let (mut solution, factor) = match exact {
+            Ok(ref solution) => (solution.clone(), 1.0),
+            Err(why) if !strict || (round < ROUNDS && !state.effects.is_empty()) => {
+                let fit = |factor| alone(&seen, within, factor, state.height);
                 let narrower = last / NARROWED;
-                let possible = narrower > due && narrower.is_finite();
+                let possible = narrower > 1.0 && narrower.is_finite();
                 match possible.then(|| fit(narrower)) {
                     Some(Ok(solution)) => (solution, narrower),
-                    _ => widened((due, why), fit)?,
+                    _ => widened(why, fit)?,
                 }
             }
+            Err(why) => return Err(why),
         };
-        let [noisy, undone] = [&seen, &undone].map(|own| own.clone().with_sigma_times(factor));
+        let [seen, undone] = [seen, undone].map(|own| own.with_sigma_times(factor));
         // With less noise, effects and robot are better known.
-        let narrows = factor > 1.0 && factor < NARROWER * last;
+        let narrows = factor > 1.0 && factor < last;
         last = factor;
         if sensor.is_some() {
             (solution.places.frame, solution.places_before.frame) = (sensor, sensor);
         }
         state.orientations = state.turned(&course, readings, &solution);
-        let step = Step::of(&solution, &noisy, &course, &state);
-        expected = factor * step.left.sqrt();
+        let step = Step::of(&solution, &seen, &course, &state);
         state.own = solution.robot.clone();
         state.found.planes.clone_from(&solution.places.planes);
         state.found.points.clone_from(&solution.places.points);
@@ -198,9 +193,8 @@ pub(super) fn jointly(
             continue;
         }
         // The effects explain no more of what the noise does not.
-        if strict && factor > 1.0 {
-            (expected, ended) = (1.0, true);
-            continue;
+        if strict {
+            exact?;
         }
         turn.added_to(&mut solution);
         solution.readings = undone.moved(&-turn.mean);
@@ -213,12 +207,12 @@ pub(super) fn jointly(
 /// A fit with so much noise that nothing contradicts it.
 ///
 /// # Errors
-/// `why` there is none with this factor of the stated noise, if more does not help.
+/// `why` there is none with the stated noise, if more noise does not help.
 fn widened(
-    (mut factor, why): (f64, Unsolved),
+    why: Unsolved,
     fit: impl Fn(f64) -> Result<Solution, Unsolved>,
 ) -> Result<(Solution, f64), Unsolved> {
-    let mut last = why;
+    let (mut factor, mut last) = (1.0, why);
     while factor < WIDEST {
         factor *= match last {
             Unsolved::Refused(Refusal::ResidualContradictsNoise { ratio, .. }) => {
@@ -525,8 +519,6 @@ struct Step {
     by: DVector<f64>,
     /// The decrease of the cost, in units of the residuals' variance.
     gain: f64,
-    /// The variance of the residuals that it leaves.
-    left: f64,
     /// Covariance of the effects.
     covariance: DMatrix<f64>,
     /// −∂u/∂a: how the other unknowns follow.
@@ -632,7 +624,6 @@ impl Step {
         let prior = own.resize_vertically(height, 0.0).qr().unpack_r();
         Self {
             gain: right.norm_squared() / variance,
-            left: (solution.squares() - right.norm_squared()) / solution.degrees_of_freedom(),
             covariance,
             by,
             follows,

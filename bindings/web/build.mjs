@@ -16,7 +16,7 @@ const ROOT = join(HERE, "../..");
 const TARGET = process.env.CARGO_TARGET_DIR ?? join(ROOT, "target/web");
 const DIST = join(HERE, "dist");
 /** A browser downloads the program: half as much is inlined as for speed alone, the hash is a loop, and the sources' paths say nothing there. */
-const FLAGS = `--cfg sha2_backend_soft="compact" -Cllvm-args=-inline-threshold=8 -Cllvm-args=-inlinehint-threshold=50 --remap-path-prefix=${process.env.CARGO_HOME ?? join(homedir(), ".cargo")}=.`;
+const FLAGS = `--cfg sha2_backend_soft="compact" -Cllvm-args=-inline-threshold=8 -Cllvm-args=-inlinehint-threshold=35 --remap-path-prefix=${process.env.CARGO_HOME ?? join(homedir(), ".cargo")}=.`;
 /** Of everything together, compressed as all static hosts do it: with gzip. */
 const LARGEST = 720_000;
 /** Where the header of an `.lzma` file states how long its content is. */

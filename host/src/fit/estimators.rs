@@ -172,7 +172,7 @@ impl Task<'_> {
         let fit = |problem: &_| robust::fit(problem, settings, self.robust);
         let near = match &given {
             Some(own) => Some(own.robot.clone()),
-            None if levels.position.joint() > 0.0 => fit(&first).ok().map(|own| own.outcome.robot),
+            None if levels.position.joint() > 0.0 => Some(fit(&first)?.outcome.robot),
             None => None,
         };
         let problem = match &near {

@@ -159,7 +159,8 @@ pub(super) fn jointly(
                 let possible = narrower > 1.0 && narrower.is_finite();
                 match possible.then(|| fit(narrower)) {
                     Some(Ok(solution)) => (solution, narrower),
-                    _ => widened(why, fit)?,
+                    Some(Err(_)) => widened(why, narrower, fit)?,
+                    None => widened(why, 1.0, fit)?,
                 }
             }
             Err(why) => return Err(why),
@@ -204,19 +205,20 @@ pub(super) fn jointly(
     Err(Unsolved::NoRedundancy)
 }
 
-/// A fit with so much noise that nothing contradicts it.
+/// A fit with so much noise, more than `too_little`, that nothing contradicts it.
 ///
 /// # Errors
 /// `why` there is none with the stated noise, if more noise does not help.
 fn widened(
     why: Unsolved,
+    too_little: f64,
     fit: impl Fn(f64) -> Result<Solution, Unsolved>,
 ) -> Result<(Solution, f64), Unsolved> {
     let (mut factor, mut last) = (1.0, why);
     while factor < WIDEST {
-        factor *= match last {
+        let (times, is_far) = match last {
             Unsolved::Refused(Refusal::ResidualContradictsNoise { ratio, .. }) => {
-                f64::from(ratio).max(2.0)
+                (f64::from(ratio).max(2.0), false)
             }
             Unsolved::Refused(
                 Refusal::FarFromNominal { .. }
@@ -225,9 +227,13 @@ fn widened(
                 | Refusal::ImpossibleGeometry { .. }
                 | Refusal::ImpossibleRobot(_)
                 | Refusal::WrongSide,
-            ) => 8.0,
+            ) => (8.0, true),
             _ => return Err(why),
         };
+        factor *= times;
+        if is_far && factor <= too_little {
+            continue;
+        }
         match fit(factor) {
             Ok(solution) => return Ok((solution, factor)),
             Err(error) => last = error,

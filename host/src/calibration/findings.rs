@@ -58,11 +58,12 @@ pub(crate) fn findings(
     found.extend(kinds.filter_map(|kind| repeatability(case.readings, kind)));
     let causes = judged.causes.found.iter().filter(|_| shifted.is_none());
     for cause in causes {
-        let text = format!(
-            "{}. The model cannot represent this error, so the parameters are biased. {}.",
-            capitalised(&cause.text),
-            capitalised(&cause.remedy)
-        );
+        let harm = match cause.kind {
+            EffectKind::Size => "The readings cannot tell which; the stated errors hold both",
+            _ => "The model cannot represent this error, so the parameters are biased",
+        };
+        let [text, remedy] = [&cause.text, &cause.remedy].map(|own| capitalised(own));
+        let text = format!("{text}. {harm}. {remedy}.");
         found.push(warning(
             "cause",
             json!({ "cause_kind": cause.kind, "line": cause.line }),

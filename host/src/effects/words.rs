@@ -148,7 +148,7 @@ impl EffectKind {
             "state transmission_deg in [tolerance], with which the calibration finds any of these \
              (docs/instruments.md#gears-and-encoders), or find out which it is by comparing the joint with \
              a reference over its whole range, and fix that"
-        } else if all.any(|kind| *kind == Self::Scale) {
+        } else if all.any(|kind| matches!(kind, Self::Scale | Self::Size)) {
             "to tell them apart, measure one known length with the same instrument or on the same \
              sheet, and one pose with another load"
         } else {

@@ -58,12 +58,17 @@ pub(crate) fn findings(
     found.extend(kinds.filter_map(|kind| repeatability(case.readings, kind)));
     let causes = judged.causes.found.iter().filter(|_| shifted.is_none());
     for cause in causes {
-        let harm = match cause.kind {
-            EffectKind::Size => "The readings cannot tell which; the stated errors hold both",
-            _ => "The model cannot represent this error, so the parameters are biased",
+        let [what, remedy] = [&cause.text, &cause.remedy].map(|own| capitalised(own));
+        let text = match cause.kind {
+            EffectKind::Size => {
+                format!(
+                    "{what}. The readings cannot tell which; the stated errors hold both. {remedy}."
+                )
+            }
+            _ => format!(
+                "{what}. The model cannot represent this error, so the parameters are biased. {remedy}."
+            ),
         };
-        let [text, remedy] = [&cause.text, &cause.remedy].map(|own| capitalised(own));
-        let text = format!("{text}. {harm}. {remedy}.");
         found.push(warning(
             "cause",
             json!({ "cause_kind": cause.kind, "line": cause.line }),

@@ -46,7 +46,8 @@ pub enum EffectKind {
     /// A carriage is further along its tower at the ends of its range than in the middle: δs = c u², u being −1 and 1
     /// at the ends of the measured range. A bent tower, an uneven belt or screw.
     UnevenTravel,
-    /// The joint's error changes sign with the direction of its last move: δq = ±b.
+    /// The joint's error changes sign with the direction of its last move: δq = ±b; a before its first, of which the direction
+    /// is not known.
     Backlash,
     /// The joint's zero jumps at one row.
     Slip,
@@ -112,7 +113,7 @@ impl EffectKind {
 
     pub(crate) const fn unknowns(self) -> usize {
         match self {
-            Self::Eccentricity | Self::SecondHarmonic => 2,
+            Self::Eccentricity | Self::SecondHarmonic | Self::Backlash => 2,
             Self::Drift | Self::Target | Self::Zeros => 3,
             Self::Move | Self::Datum => 6,
             Self::Bed => surface::COUNT,
@@ -223,7 +224,10 @@ impl Effect {
                 let part = (2.0 * q - low - high) / (high - low);
                 vec![part * part]
             }
-            EffectKind::Backlash => vec![course.places[row].directions[arm]],
+            EffectKind::Backlash => {
+                let direction = course.places[row].directions[arm];
+                vec![direction, 1.0 - direction.abs()]
+            }
             EffectKind::Slip if row >= self.index => vec![1.0],
             _ => vec![0.0],
         }
@@ -371,13 +375,19 @@ impl Course {
         let place = |(index, row): (usize, &Row<Reading>)| {
             halt::check();
             let squared = positions[index].map_or(0.0, |own| own.xy().norm_squared());
+            let here = || {
+                let part = share(index as f64, last);
+                (part, moves.next(&row.value.joints))
+            };
+            let known = readings.order.get(&row.line).copied();
+            let (part, directions) = known.unwrap_or_else(here);
             let origin = match row.value.distance {
                 Some((ReadingFrom::Point(point), _)) => found.points.get(point),
                 _ => None,
             };
             Place {
-                directions: readings.directions_at(row, &mut moves),
-                part: share(index as f64, last),
+                directions,
+                part,
                 radius_squared: share(squared, largest),
                 scaled: if row.value.height.is_none() { 1.0 } else { 0.0 },
                 touched: row.value.kind() == Some(Kind::Height),

@@ -135,6 +135,7 @@ impl Objection {
                     | Refusal::UndeterminedInstrument(_)
                     | Refusal::ImpossibleGeometry { .. }
                     | Refusal::ImpossibleRobot(_)
+                    | Refusal::NonFinite { .. }
                     | Refusal::WrongSide
             ),
             Self::Unsolved(Unsolved::TooManySuspected(..)) => true,

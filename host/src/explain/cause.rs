@@ -6,7 +6,7 @@ use crate::effects::{At, Course, Effect, EffectKind, Estimated, Platform};
 use crate::files::samples_file::Kind;
 use crate::fit::solution::COMPUTED;
 use crate::fit::{Case, Frame, Solution};
-use crate::text::{capitalised, in_lines, list};
+use crate::text::{capitalised, in_lines};
 use delta_cal::frame::RigidTransform;
 use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::{DVector, SVector, Vector3};
@@ -165,16 +165,21 @@ fn described(
     frame: Option<&RigidTransform<f64>>,
 ) -> Option<(f64, f64, String, f64)> {
     let (estimate, solution) = (fitted.estimate(effect)?, &fitted.solution);
-    let (first, size) = (estimate.first, estimate.by.len());
+    // A joint's error before its first move is no part of its play.
+    let size = match effect.kind {
+        EffectKind::Backlash => 1,
+        _ => estimate.by.len(),
+    };
+    let first = estimate.first;
     let variance = (solution.squares() / solution.degrees_of_freedom()).max(1.0);
     let covariance = solution.covariance.view((first, first), (size, size)) * variance;
-    let by = DVector::from_column_slice(&estimate.by);
+    let by = DVector::from_column_slice(&estimate.by[..size]);
     let along = by.normalize();
     let sigma = (along.transpose() * &covariance * &along)[(0, 0)].sqrt();
     let squares = covariance.cholesky();
     let squares = squares.map_or(0.0, |own| own.solve(&by).dot(&by));
     let by = in_axes_of_the_file(estimate, frame);
-    let (own, sigma, text) = effect.described(&by, sigma, case.robot, case.readings);
+    let (own, sigma, text) = effect.described(&by[..size], sigma, case.robot, case.readings);
     Some((own, sigma, text, squares))
 }
 
@@ -374,5 +379,5 @@ fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
         };
         all.push(format!("{} {verb} with the others", in_lines(&lines)));
     }
-    (!all.is_empty()).then(|| list(&all))
+    (!all.is_empty()).then(|| all.join(", and "))
 }

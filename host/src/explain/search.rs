@@ -1,9 +1,10 @@
 //! The search: hypotheses are scanned, refitted and ranked, up to three at once.
 
 use super::scan::{Gain, Hypothesis, Scan};
-use crate::effects::{Effect, EffectKind, Estimated};
+use crate::effects::{At, Course, Effect, EffectKind, Estimated, Platform};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, Readings, Row};
+use crate::fit::jointly::of_platform_point;
 use crate::fit::solution::Levels;
 use crate::fit::{Case, Frame, Options, Solution, solve_with};
 use crate::geometry::Directions;
@@ -11,6 +12,7 @@ use crate::halt;
 use crate::order;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Real};
+use nalgebra::Vector3;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 /// Chance that some hypothesis is accepted for a file without any fault, shared by this many kinds.
@@ -19,12 +21,13 @@ const KINDS: f64 = 12.0;
 /// Hypotheses of each kind that are refitted; of a file with few rows, of which the first order tells less.
 const OF_EACH_KIND: usize = 2;
 const OF_FEW_ROWS: (usize, usize) = (24, 4);
-/// Most faults at once.
+/// Most faults at once, and most steps to find them: several rows may be found one by one before a fault.
 const MOST: usize = 3;
+const MOST_STEPS: usize = 6;
 /// Sets of faults that are extended.
 const BEAM: usize = 2;
-/// χ² that the play of each further joint must explain: 3 σ.
-const FURTHER_JOINT: f64 = 9.0;
+/// χ² that the play of each further joint must explain, with its error before its first move: 3 σ.
+const FURTHER_JOINT: f64 = 12.0;
 /// A first-order gain may be this much too small.
 const FIRST_ORDER: f64 = 0.5;
 /// Explanations whose cost is within this of the best are named as well.
@@ -52,8 +55,6 @@ const PLAUSIBLE: f64 = 51.0;
 const TAKEN_UP_OF_SURFACES: f64 = 0.5;
 /// Touches that show a surface's shape, for each of its waves.
 const TOUCHES_FOR_EACH: usize = 2;
-/// Most rows of which each is taken back in turn: a robust fit suspects too many rather than too few.
-const MOST_RESTORED: usize = 12;
 /// Ways of choosing rows beyond which their chance is less than rounding shows.
 const MOST_WAYS: f64 = 1e9;
 /// Time constants of the fastest drift in a file.
@@ -66,8 +67,6 @@ const LEAST_ROWS: usize = 2;
 pub(crate) struct Fitted {
     pub(crate) hypothesis: Hypothesis,
     pub(crate) solution: Solution,
-    /// Rows that were not fitted: those of the hypothesis, and those before the first move of a joint with backlash.
-    left_out: Vec<usize>,
     /// Σ r² in units of a stated noise, and the rest of −2 log of the likelihood: of an estimated noise, for each degree of
     /// freedom, of the prior, and the penalty for the hypothesis.
     squares: f64,
@@ -124,6 +123,9 @@ impl Fitted {
     /// Whether the residuals show it, and not the prior alone: a wrong scale, too, explains a wrong length of the file. The robot
     /// takes up most of a surface's lower waves.
     pub(super) fn is_in_residuals(&self, base: &Self) -> bool {
+        if base.freedom < LEAST_FREEDOM {
+            return true;
+        }
         let scale = Scale::of([self]);
         let without_prior = |own: &Self| own.score(scale) - own.prior - own.penalty;
         let part = 1.0 - TAKEN_UP_OF_SURFACES * f64::from(self.is_of_a_surface());
@@ -225,13 +227,15 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
     let count = case.readings.rows.len();
     let mut chosen: Vec<_> = evenly(0, count, MOST_ROWS).collect();
     let mut moves = Directions::default();
-    let rows = case.readings.rows.iter();
-    let directions: Vec<_> = rows
-        .map(|row| (row.line, moves.next(&row.value.joints)))
-        .collect();
+    let rows = case.readings.rows.iter().enumerate();
+    let order = rows.map(|(index, row)| {
+        let part = index as f64 / count.saturating_sub(1).max(1) as f64;
+        (row.line, (part, moves.next(&row.value.joints)))
+    });
+    let order: Vec<_> = order.collect();
     for last in [false, false, true] {
         let mut some = case.readings.clone();
-        some.directions = chosen.iter().map(|row| directions[*row]).collect();
+        some.order = chosen.iter().map(|row| order[*row]).collect();
         some.rows = chosen.iter().map(|row| some.rows[*row]).collect();
         let mut found = searched(&Case {
             readings: &some,
@@ -292,19 +296,22 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         return Some(found);
     };
     found.hidden_drift = scan.hidden_drift(TAKEN_UP);
-    if base.freedom < LEAST_FREEDOM {
+    if search.levels.is_some() && base.freedom < LEAST_FREEDOM {
         found.not_tested = Some("too few samples are left over to tell causes from noise");
         return Some(found);
     }
     let mut beam = vec![base.clone()];
     let mut all = vec![base];
-    for depth in 0..MOST {
+    for depth in 0..MOST_STEPS {
         let mut next = Vec::new();
         if depth == 0 {
             next = search.without_rows(&beam, 1);
         }
         // What explains a stated noise needs no further fault, and a wrong number of the robot file is corrected first.
-        let open = |own: &&Fitted| depth == 0 || !(own.is_explained() || own.is_number());
+        let open = |own: &&Fitted| {
+            let is_full = own.hypothesis.effects.len() >= MOST;
+            depth == 0 || !(own.is_explained() || own.is_number() || is_full)
+        };
         for state in beam.iter().filter(open) {
             for hypothesis in search.candidates(state) {
                 halt::check();
@@ -325,6 +332,8 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         let is_alone = |own: &Fitted| own.is_explained() && own.hypothesis.rows.is_empty();
         if !next.iter().any(is_alone) {
             robust = search.without_rows(&next, BEAM);
+            // Of rows that were all right, none is left out.
+            robust.retain(|own| next.iter().all(|other| other.hypothesis != own.hypothesis));
         }
         let scale = Scale::of(all.iter().chain(&next).chain(&robust));
         for own in [&mut next, &mut robust] {
@@ -423,8 +432,14 @@ impl<'a> Search<'a> {
             }
         }
         if backlash > 0 {
-            let further = FURTHER_JOINT * f64::from(backlash - 1);
-            sum += self.penalty(1, self.alike(Some(EffectKind::Backlash))) + further;
+            let kind = EffectKind::Backlash;
+            let penalty = |unknowns| self.penalty(unknowns, self.alike(Some(kind)));
+            let play = penalty(1) + FURTHER_JOINT * (backlash - 1) as f64;
+            // The errors before the first move may leave nothing of a row.
+            let all = self
+                .levels
+                .map_or(0.0, |_| penalty(backlash * kind.unknowns()));
+            sum += play.max(all);
         }
         let rows = hypothesis.rows.len();
         let each = rows as f64 * self.penalty(3, self.alike(None));
@@ -440,19 +455,7 @@ impl<'a> Search<'a> {
     fn fitted(&self, mut hypothesis: Hypothesis) -> Option<Fitted> {
         let readings = self.case.readings;
         let penalties = self.penalties(&hypothesis);
-        // Before its first move, the direction of a joint is not known.
-        let of_backlash = hypothesis
-            .effects
-            .iter()
-            .filter(|own| own.kind == EffectKind::Backlash);
-        let arms: Vec<_> = of_backlash
-            .filter_map(|own| Some(own.arm?.index()))
-            .collect();
-        let still = (0..self.rows).filter(|row| {
-            let directions = readings.directions.get(&readings.rows[*row].line);
-            directions.is_some_and(|own| arms.iter().any(|arm| own[*arm] == 0.0))
-        });
-        let left_out: Vec<_> = hypothesis.rows.iter().copied().chain(still).collect();
+        let left_out = hypothesis.rows.clone();
         let mut kept = readings.clone();
         let mut index = 0;
         kept.rows.retain(|_| {
@@ -513,7 +516,9 @@ impl<'a> Search<'a> {
         // Of an estimated noise, its restricted likelihood.
         let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
         let variance = solution.squares() / freedom.max(1.0);
+        // A noise that vanishes determines nothing, and rounding decides.
         let is_left = hypothesis.rows.is_empty() || freedom >= LEAST_LEFT;
+        let is_left = is_left && left <= kept.readings() as f64;
         if self.levels.is_some() && !(variance > 0.0 && is_left) {
             return None;
         }
@@ -531,7 +536,6 @@ impl<'a> Search<'a> {
             freedom,
             of_robot: left + (readings.readings() - kept.readings()) as f64,
             solution,
-            left_out,
             hypothesis,
         })
     }
@@ -573,7 +577,7 @@ impl<'a> Search<'a> {
         factors.fold(1.0, f64::max)
     }
 
-    /// The same with its last step at the row where it fits best, or with as few rows alone as are wrong.
+    /// The same with its last step at the row where it fits best.
     fn settled(&self, hypothesis: Hypothesis) -> Option<Fitted> {
         // A fit that has not converged continues where it was: no row is tried twice, or it would never end.
         let mut tried = vec![hypothesis.clone()];
@@ -586,28 +590,22 @@ impl<'a> Search<'a> {
             let others = others.into_iter().filter_map(|own| self.fitted(own));
             match others.min_by(|a, b| a.score(scale).total_cmp(&b.score(scale))) {
                 Some(next) if next.score(scale) < best.score(scale) => best = next,
-                _ => return Some(best),
+                _ => return Some(self.restored(best)),
             }
         }
     }
 
-    /// Its last step a row earlier and later, its drift a little faster and slower; of rows alone, all but one.
+    /// Its last step a row earlier and later, its drift a little faster and slower.
     fn beside(&self, best: &Fitted) -> Vec<Hypothesis> {
-        let Hypothesis { effects, rows, .. } = &best.hypothesis;
-        let Some(step) = effects.last() else {
-            let several = (2..=MOST_RESTORED).contains(&rows.len());
-            let fewer = rows.iter().filter(|_| several).map(|row| {
-                let left: Vec<_> = rows.iter().copied().filter(|own| own != row).collect();
-                Hypothesis::without(&left)
-            });
-            return fewer.collect();
+        let Some(step) = best.hypothesis.effects.last() else {
+            return Vec::new();
         };
         let at = |index: usize| {
             let mut hypothesis = best.hypothesis.clone();
             *hypothesis.effects.last_mut()? = step.at(index);
             Some(hypothesis)
         };
-        let fitted = |row: &usize| !best.left_out.contains(row);
+        let fitted = |row: &usize| !best.hypothesis.rows.contains(row);
         let rows = (0..self.rows).filter(fitted).count();
         let indices = match step.kind {
             EffectKind::Move => LEAST_ROWS..=rows.saturating_sub(LEAST_ROWS),
@@ -641,9 +639,52 @@ impl<'a> Search<'a> {
         robust.filter_map(|own| self.settled(own.1)).collect()
     }
 
+    /// The same with the rows that agree: a robust fit leaves out too many rather than too few.
+    fn restored(&self, mut best: Fitted) -> Fitted {
+        let mut doubtful = self.doubtful(&best);
+        let mut next = doubtful.len().div_ceil(2);
+        while next > 0 {
+            let mut fewer = best.hypothesis.clone();
+            fewer.rows.retain(|row| !doubtful[..next].contains(row));
+            let scale = Scale::of([&best]);
+            let fitted = (fewer != Hypothesis::default()).then(|| self.fitted(fewer));
+            match fitted.flatten() {
+                Some(own) if own.score(scale) < best.score(scale) => {
+                    best = own;
+                    doubtful.drain(..next);
+                    next = doubtful.len().div_ceil(2);
+                }
+                _ => next /= 2,
+            }
+        }
+        best
+    }
+
+    /// The rows that are left out, the nearest to the fit first.
+    fn doubtful(&self, best: &Fitted) -> Vec<usize> {
+        let (robot, places) = (&best.solution.robot, &best.solution.places);
+        let readings = of_platform_point(self.case.robot, self.case.readings, places.frame);
+        let course = Course::of(robot, Platform::default(), places, &readings);
+        let off = |row: usize| {
+            let reading = &readings.rows.get(row)?.value;
+            let at = At::new(robot, &reading.joints)?;
+            let effects = best.hypothesis.effects.iter();
+            let moved = effects.filter_map(|own| {
+                let by = &best.estimate(own)?.by;
+                Some(own.displacement(&at, &course, row, by))
+            });
+            let there = at.position + moved.sum::<Vector3<f64>>();
+            let seen = places.frame.map_or(there, |frame| frame.apply(&there));
+            Some((reading.sample()?.position - seen).norm())
+        };
+        let mut rows = best.hypothesis.rows.clone();
+        order::sort_by(&mut rows, |row| off(*row).unwrap_or(f64::MAX));
+        rows
+    }
+
     /// A hypothesis about the rows that were fitted.
     fn original(&self, state: &Fitted, own: Hypothesis) -> Hypothesis {
-        let fitted = |row: &usize| !state.left_out.contains(row);
+        let fitted = |row: &usize| !state.hypothesis.rows.contains(row);
         let left: Vec<_> = (0..self.rows).filter(fitted).collect();
         let effects = own.effects.into_iter().map(|own| match own.kind {
             kind if kind.is_step() => own.at(left[own.index]),

@@ -8,7 +8,7 @@ use super::convention::Convention;
 use super::input::{InputError, InputText};
 pub use super::robot_file::Kind;
 use super::robot_file::{ONLY_TARGET, RobotFile};
-use crate::geometry::{Directions, rotation};
+use crate::geometry::rotation;
 use crate::halt;
 use crate::text::list;
 use delta_cal::frame::RigidTransform;
@@ -61,8 +61,9 @@ pub struct Readings {
     pub targets: Vec<String>,
     /// What rows say beside their numbers, by line.
     pub labels: BTreeMap<u64, Label>,
-    /// The direction of each joint's last move by line, if rows between these are left out; 0 before its first.
-    pub(crate) directions: BTreeMap<u64, [f64; 3]>,
+    /// By line, if rows between these are left out: the part of the file before it, and the direction of each joint's last
+    /// move, 0 before its first.
+    pub(crate) order: BTreeMap<u64, (f64, [f64; 3])>,
     /// Datum points that the instrument measured: their names, and where, mm.
     pub datum: Vec<(String, Vector3<f64>)>,
     /// Lines of rows with the same numbers as an earlier row.
@@ -385,12 +386,6 @@ impl Readings {
                 value: row.value.sample()?,
             })
         })
-    }
-
-    /// The direction of each joint's last move at a row; `moves` has those of the rows before it.
-    pub(crate) fn directions_at(&self, row: &Row<Reading>, moves: &mut Directions) -> [f64; 3] {
-        let known = self.directions.get(&row.line).copied();
-        known.unwrap_or_else(|| moves.next(&row.value.joints))
     }
 
     /// Whether every row consists of x, y and z alone.

@@ -4,7 +4,7 @@ use super::Frame;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::files::{DatumPoint, InputError, RobotFile};
 use crate::geometry::centroid;
-use crate::text::count;
+use crate::text::{count, significant};
 use delta_cal::frame::RigidTransform;
 
 /// Fewest points that determine a frame.
@@ -75,7 +75,8 @@ impl Datum {
                     datum.explanation()
                 ))
                 .with_remedy(
-                    "check x_mm, y_mm and z_mm of the points and their measurements; the sensor must not move",
+                    "check x_mm, y_mm and z_mm of the points, their measurements and the instrument's scale; the sensor must \
+                     not move",
                 ))
             }
             _ => Ok(Some(datum)),
@@ -111,7 +112,7 @@ impl Datum {
         })
     }
 
-    /// What would make the points fit: two that are exchanged, or one that is wrong.
+    /// What would make the points fit: two that are exchanged, one that is wrong, or another scale of the instrument.
     fn explanation(&self) -> String {
         let clearly = |own: &Self| own.rms() < self.rms() / CLEARLY;
         let all = 0..self.points.len();
@@ -137,7 +138,32 @@ impl Datum {
                     format!("; {} is {off:.2} mm off the others", point.name),
                 ))
             });
-        let best = exchanged.chain(without).min_by(|a, b| a.0.total_cmp(&b.0));
+        let [places, seen] = [
+            |point: &DatumPoint| point.place,
+            |point: &DatumPoint| point.seen,
+        ]
+        .map(|of| {
+            let centre = centroid(self.points.iter().map(of));
+            let out = self
+                .points
+                .iter()
+                .map(|point| (of(point) - centre).norm_squared());
+            out.sum::<f64>().sqrt()
+        });
+        let mut points = self.points.clone();
+        for point in &mut points {
+            point.place *= seen / places;
+        }
+        let scaled = Self::fitted(&points).filter(clearly).map(|own| {
+            let more = if seen > places { "larger" } else { "smaller" };
+            let by = significant(100.0 * (seen / places - 1.0).abs(), 2);
+            (
+                own.rms(),
+                format!("; all measured lengths are {by} % {more} than the stated ones"),
+            )
+        });
+        let best = exchanged.chain(without).chain(scaled);
+        let best = best.min_by(|a, b| a.0.total_cmp(&b.0));
         let worst = self.residuals.iter().max_by(|a, b| a.1.total_cmp(&b.1));
         match (best, worst) {
             (Some((_, text)), _) => text,

@@ -172,11 +172,18 @@ impl Task<'_> {
         let fit = |problem: &_| robust::fit(problem, settings, self.robust);
         let near = match &given {
             Some(own) => Some(own.robot.clone()),
-            None if levels.position.joint() > 0.0 => Some(fit(&first)?.outcome.robot),
-            None => None,
+            None if levels.position.joint() == 0.0 => None,
+            None if self.robust => Some(fit(&first)?.outcome.robot),
+            None => first.end(settings).and_then(|end| {
+                let mut parameters = robot.parameters();
+                let by = end.iter().zip(&units).map(|(own, unit)| own * unit);
+                let all = parameters.iter_mut().flatten();
+                all.zip(by).for_each(|(own, by)| *own += by);
+                robot.with_parameters(parameters).ok()
+            }),
         };
         let problem = match &near {
-            // Near a singularity the readings' weights are others at the robot of the file.
+            // Near a singularity the readings' weights are others at the robot of the file: that fit is not judged.
             Some(near) => {
                 let from = if given.is_some() { near } else { robot };
                 ObservationProblem::prepare_with((from, near), instruments, &mut again, shape)?

@@ -226,6 +226,7 @@ fn widened(
                 | Refusal::Undetermined { .. }
                 | Refusal::ImpossibleGeometry { .. }
                 | Refusal::ImpossibleRobot(_)
+                | Refusal::NonFinite { .. }
                 | Refusal::WrongSide,
             ) => (8.0, true),
             _ => return Err(why),

@@ -55,6 +55,8 @@ const PLAUSIBLE: f64 = 51.0;
 const TAKEN_UP_OF_SURFACES: f64 = 0.5;
 /// Touches that show a surface's shape, for each of its waves.
 const TOUCHES_FOR_EACH: usize = 2;
+/// Rows that are left out but so many σ from a fit, at the most, are fitted again.
+const AGREEING: [f64; 2] = [10.0, 5.0];
 /// Ways of choosing rows beyond which their chance is less than rounding shows.
 const MOST_WAYS: f64 = 1e9;
 /// Time constants of the fastest drift in a file.
@@ -639,33 +641,32 @@ impl<'a> Search<'a> {
         robust.filter_map(|own| self.settled(own.1)).collect()
     }
 
-    /// The same with the rows that agree: a robust fit leaves out too many rather than too few.
+    /// The same with the rows that agree with it: a robust fit leaves out too many rather than too few.
     fn restored(&self, mut best: Fitted) -> Fitted {
-        let mut doubtful = self.doubtful(&best);
-        let mut next = doubtful.len().div_ceil(2);
-        while next > 0 {
-            let mut fewer = best.hypothesis.clone();
-            fewer.rows.retain(|row| !doubtful[..next].contains(row));
-            let scale = Scale::of([&best]);
-            let fitted = (fewer != Hypothesis::default()).then(|| self.fitted(fewer));
-            match fitted.flatten() {
-                Some(own) if own.score(scale) < best.score(scale) => {
-                    best = own;
-                    doubtful.drain(..next);
-                    next = doubtful.len().div_ceil(2);
-                }
-                _ => next /= 2,
+        for most in AGREEING {
+            let wrong = |own: &Fitted| -> Option<Hypothesis> {
+                let mut fewer = own.hypothesis.clone();
+                let off = self.off(own);
+                fewer.rows.retain(|row| !(off(*row) < Some(most)));
+                let is_new = fewer != own.hypothesis && fewer != Hypothesis::default();
+                is_new.then_some(fewer)
+            };
+            while let Some(fitted) = wrong(&best).and_then(|own| self.fitted(own))
+                && let scale = Scale::of([&best])
+                && fitted.score(scale) < best.score(scale)
+            {
+                best = fitted;
             }
         }
         best
     }
 
-    /// The rows that are left out, the nearest to the fit first.
-    fn doubtful(&self, best: &Fitted) -> Vec<usize> {
+    /// How far a row is from a fit, in σ; `None` for a distance.
+    fn off<'b>(&self, best: &'b Fitted) -> impl Fn(usize) -> Option<f64> + use<'a, 'b> {
         let (robot, places) = (&best.solution.robot, &best.solution.places);
         let readings = of_platform_point(self.case.robot, self.case.readings, places.frame);
         let course = Course::of(robot, Platform::default(), places, &readings);
-        let off = |row: usize| {
+        move |row| {
             let reading = &readings.rows.get(row)?.value;
             let at = At::new(robot, &reading.joints)?;
             let effects = best.hypothesis.effects.iter();
@@ -674,12 +675,21 @@ impl<'a> Search<'a> {
                 Some(own.displacement(&at, &course, row, by))
             });
             let there = at.position + moved.sum::<Vector3<f64>>();
-            let seen = places.frame.map_or(there, |frame| frame.apply(&there));
-            Some((reading.sample()?.position - seen).norm())
-        };
-        let mut rows = best.hypothesis.rows.clone();
-        order::sort_by(&mut rows, |row| off(*row).unwrap_or(f64::MAX));
-        rows
+            let off = match (reading.sample(), reading.height) {
+                (Some(sample), _) => {
+                    let seen = places.frame.map_or(there, |frame| frame.apply(&there));
+                    (sample.position - seen).norm()
+                }
+                (None, Some((plane, height))) => {
+                    let plane = places.planes.get(plane)?;
+                    (height - (plane.normal.dot(&there) - plane.offset)).abs()
+                }
+                (None, None) => return None,
+            };
+            let noise = best.solution.noise.iter();
+            let mut noise = noise.filter(|own| Some(own.kind) == reading.kind());
+            Some(off / noise.next()?.sigma)
+        }
     }
 
     /// A hypothesis about the rows that were fitted.

@@ -15,7 +15,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Instruments, ObservationError, ObservationProblem, ObservationRow};
 use delta_cal::samples::{SampleError, Triangle};
 use delta_cal::{
-    ArmIndex, IkmCalibrator, JointCalibrator, Noise, Robot, Sample, Settings, Tolerance,
+    ArmIndex, IkmCalibrator, JointCalibrator, Noise, Refusal, Robot, Sample, Settings, Tolerance,
 };
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
@@ -23,6 +23,9 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 const FEW: usize = 30;
 /// At most this many rows, evenly spread, keep their derivatives.
 const MOST_SENSITIVITIES: usize = 5000;
+
+/// Residuals over the noise, with weights at the robot of the file.
+const NARROW: f32 = 2.0;
 
 /// Samples that a calibrator is given between two looks at whether it is to stop.
 const AT_ONCE: usize = 1000;
@@ -173,17 +176,23 @@ impl Task<'_> {
         let near = match &given {
             Some(own) => Some(own.robot.clone()),
             None if levels.position.joint() == 0.0 => None,
-            None if self.robust => Some(fit(&first)?.outcome.robot),
-            None => first.end(settings).and_then(|end| {
-                let mut parameters = robot.parameters();
-                let by = end.iter().zip(&units).map(|(own, unit)| own * unit);
-                let all = parameters.iter_mut().flatten();
-                all.zip(by).for_each(|(own, by)| *own += by);
-                robot.with_parameters(parameters).ok()
+            None => Some(match fit(&first) {
+                Ok(own) => own.outcome.robot,
+                Err(why) if self.robust || !is_narrow(&why) => return Err(why),
+                // With other weights the noise may be as stated.
+                Err(why) => {
+                    let end = first.end(settings).ok_or(why)?;
+                    let mut parameters = robot.parameters();
+                    let own = parameters.iter_mut().flatten();
+                    for (own, (by, unit)) in own.zip(end.iter().zip(&units)) {
+                        *own += by * unit;
+                    }
+                    robot.with_parameters(parameters).map_err(|_| why)?
+                }
             }),
         };
         let problem = match &near {
-            // Near a singularity the readings' weights are others at the robot of the file: that fit is not judged.
+            // Near a singularity the readings' weights are others at the robot of the file.
             Some(near) => {
                 let from = if given.is_some() { near } else { robot };
                 ObservationProblem::prepare_with((from, near), instruments, &mut again, shape)?
@@ -320,6 +329,14 @@ fn from_centre(
         }
     }
     moved
+}
+
+/// Whether residuals exceed the noise by no more than what other weights of the rows may make of them.
+const fn is_narrow(why: &Unsolved) -> bool {
+    matches!(
+        why,
+        Unsolved::Refused(Refusal::ResidualContradictsNoise { ratio, .. }) if *ratio < NARROW
+    )
 }
 
 fn unusable(index: usize, error: SampleError) -> Unsolved {

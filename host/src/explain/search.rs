@@ -21,9 +21,8 @@ const KINDS: f64 = 12.0;
 /// Hypotheses of each kind that are refitted; of a file with few rows, of which the first order tells less.
 const OF_EACH_KIND: usize = 2;
 const OF_FEW_ROWS: (usize, usize) = (24, 4);
-/// Most faults at once, and most steps to find them: several rows may be found one by one before a fault.
+/// Most faults at once.
 const MOST: usize = 3;
-const MOST_STEPS: usize = 6;
 /// Sets of faults that are extended.
 const BEAM: usize = 2;
 /// χ² that the play of each further joint must explain, with its error before its first move: 3 σ.
@@ -304,16 +303,13 @@ fn searched(case: &Case<'_>) -> Option<Found> {
     }
     let mut beam = vec![base.clone()];
     let mut all = vec![base];
-    for depth in 0..MOST_STEPS {
+    for depth in 0..MOST {
         let mut next = Vec::new();
         if depth == 0 {
             next = search.without_rows(&beam, 1);
         }
         // What explains a stated noise needs no further fault, and a wrong number of the robot file is corrected first.
-        let open = |own: &&Fitted| {
-            let is_full = own.hypothesis.effects.len() >= MOST;
-            depth == 0 || !(own.is_explained() || own.is_number() || is_full)
-        };
+        let open = |own: &&Fitted| depth == 0 || !(own.is_explained() || own.is_number());
         for state in beam.iter().filter(open) {
             for hypothesis in search.candidates(state) {
                 halt::check();
@@ -646,6 +642,7 @@ impl<'a> Search<'a> {
         for most in AGREEING {
             let wrong = |own: &Fitted| -> Option<Hypothesis> {
                 let mut fewer = own.hypothesis.clone();
+                fewer.rows.first()?;
                 let off = self.off(own);
                 fewer.rows.retain(|row| !(off(*row) < Some(most)));
                 let is_new = fewer != own.hypothesis && fewer != Hypothesis::default();

@@ -46,8 +46,8 @@ pub enum EffectKind {
     /// A carriage is further along its tower at the ends of its range than in the middle: δs = c u², u being −1 and 1
     /// at the ends of the measured range. A bent tower, an uneven belt or screw.
     UnevenTravel,
-    /// The joint's error changes sign with the direction of its last move: δq = ±b; a before its first, of which the direction
-    /// is not known.
+    /// The joint's error changes sign with the direction of its last move: δq = ±b. Before its first move, of which the
+    /// direction is not known, δq = a.
     Backlash,
     /// The joint's zero jumps at one row.
     Slip,

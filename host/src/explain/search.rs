@@ -54,7 +54,7 @@ const PLAUSIBLE: f64 = 51.0;
 const TAKEN_UP_OF_SURFACES: f64 = 0.5;
 /// Touches that show a surface's shape, for each of its waves.
 const TOUCHES_FOR_EACH: usize = 2;
-/// Rows that are left out but so many σ from a fit, at the most, are fitted again.
+/// A row that was left out is fitted again if it is at most so many σ from the fit of the others.
 const AGREEING: [f64; 2] = [10.0, 5.0];
 /// Ways of choosing rows beyond which their chance is less than rounding shows.
 const MOST_WAYS: f64 = 1e9;
@@ -122,7 +122,7 @@ impl Fitted {
     }
 
     /// Whether the residuals show it, and not the prior alone: a wrong scale, too, explains a wrong length of the file. The robot
-    /// takes up most of a surface's lower waves.
+    /// takes up most of a surface's lower waves. Where few residuals are left over, only the prior can show anything.
     pub(super) fn is_in_residuals(&self, base: &Self) -> bool {
         if base.freedom < LEAST_FREEDOM {
             return true;
@@ -575,7 +575,7 @@ impl<'a> Search<'a> {
         factors.fold(1.0, f64::max)
     }
 
-    /// The same with its last step at the row where it fits best.
+    /// The same with its last step at the row where it fits best, and with the rows that agree with it.
     fn settled(&self, hypothesis: Hypothesis) -> Option<Fitted> {
         // A fit that has not converged continues where it was: no row is tried twice, or it would never end.
         let mut tried = vec![hypothesis.clone()];
@@ -637,7 +637,7 @@ impl<'a> Search<'a> {
         robust.filter_map(|own| self.settled(own.1)).collect()
     }
 
-    /// The same with the rows that agree with it: a robust fit leaves out too many rather than too few.
+    /// The same with the rows that agree: a robust fit leaves out too many rather than too few.
     fn restored(&self, mut best: Fitted) -> Fitted {
         for most in AGREEING {
             let wrong = |own: &Fitted| -> Option<Hypothesis> {

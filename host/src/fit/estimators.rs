@@ -24,7 +24,7 @@ const FEW: usize = 30;
 /// At most this many rows, evenly spread, keep their derivatives.
 const MOST_SENSITIVITIES: usize = 5000;
 
-/// Residuals over the noise, with weights at the robot of the file.
+/// Residuals this many times the noise, with weights at the robot of the file, may be as stated with those at the robot found.
 const NARROW: f32 = 2.0;
 
 /// Samples that a calibrator is given between two looks at whether it is to stop.
@@ -182,12 +182,7 @@ impl Task<'_> {
                 // With other weights the noise may be as stated.
                 Err(why) => {
                     let end = first.end(settings).ok_or(why)?;
-                    let mut parameters = robot.parameters();
-                    let own = parameters.iter_mut().flatten();
-                    for (own, (by, unit)) in own.zip(end.iter().zip(&units)) {
-                        *own += by * unit;
-                    }
-                    robot.with_parameters(parameters).map_err(|_| why)?
+                    moved_by(robot, end.iter().zip(&units)).ok_or(why)?
                 }
             }),
         };
@@ -331,7 +326,19 @@ fn from_centre(
     moved
 }
 
-/// Whether residuals exceed the noise by no more than what other weights of the rows may make of them.
+/// A robot with its parameters moved by corrections in these units; `None` if there is none.
+fn moved_by<'a>(
+    robot: &Robot<f64>,
+    corrections: impl Iterator<Item = (&'a f64, &'a f64)>,
+) -> Option<Robot<f64>> {
+    let mut parameters = robot.parameters();
+    for (own, (by, unit)) in parameters.iter_mut().flatten().zip(corrections) {
+        *own += by * unit;
+    }
+    robot.with_parameters(parameters).ok()
+}
+
+/// Whether other weights of the rows may make residuals as small as the noise.
 const fn is_narrow(why: &Unsolved) -> bool {
     matches!(
         why,

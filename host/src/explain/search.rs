@@ -655,6 +655,20 @@ impl<'a> Search<'a> {
                 best = fitted;
             }
         }
+        // A fit to few rows is far from the others, whether they are right or wrong.
+        let few = self.rows <= OF_FEW_ROWS.0;
+        for row in best.hypothesis.rows.clone().into_iter().filter(|_| few) {
+            let mut fewer = best.hypothesis.clone();
+            fewer.rows.retain(|own| *own != row);
+            let fitted = (fewer != Hypothesis::default()).then(|| self.fitted(fewer));
+            let scale = Scale::of([&best]);
+            if let Some(fitted) = fitted
+                .flatten()
+                .filter(|own| own.score(scale) < best.score(scale))
+            {
+                best = fitted;
+            }
+        }
         best
     }
 

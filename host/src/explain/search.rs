@@ -55,7 +55,7 @@ const TAKEN_UP_OF_SURFACES: f64 = 0.5;
 /// Touches that show a surface's shape, for each of its waves.
 const TOUCHES_FOR_EACH: usize = 2;
 /// A row that was left out is fitted again if it is at most so many σ from the fit of the others.
-const AGREEING: [f64; 2] = [10.0, 5.0];
+const AGREEING: f64 = 10.0;
 /// Ways of choosing rows beyond which their chance is less than rounding shows.
 const MOST_WAYS: f64 = 1e9;
 /// Time constants of the fastest drift in a file.
@@ -637,36 +637,28 @@ impl<'a> Search<'a> {
         robust.filter_map(|own| self.settled(own.1)).collect()
     }
 
-    /// The same with the rows that agree: a robust fit leaves out too many rather than too few.
+    /// The same with the rows that agree: a robust fit leaves out too many rather than too few. Of few rows each is tried alone,
+    /// too: a fit to the others is far from right ones as well.
     fn restored(&self, mut best: Fitted) -> Fitted {
-        for most in AGREEING {
-            let wrong = |own: &Fitted| -> Option<Hypothesis> {
-                let mut fewer = own.hypothesis.clone();
-                fewer.rows.first()?;
-                let off = self.off(own);
-                fewer.rows.retain(|row| !(off(*row) < Some(most)));
-                let is_new = fewer != own.hypothesis && fewer != Hypothesis::default();
-                is_new.then_some(fewer)
-            };
-            while let Some(fitted) = wrong(&best).and_then(|own| self.fitted(own))
-                && let scale = Scale::of([&best])
-                && fitted.score(scale) < best.score(scale)
-            {
-                best = fitted;
-            }
+        let left_out = best.hypothesis.rows.clone();
+        if left_out.is_empty() {
+            return best;
         }
-        // A fit to few rows is far from the others, whether they are right or wrong.
+        let off = self.off(&best);
+        let agrees = |row: &usize| off(*row).is_some_and(|own| own < AGREEING);
+        let agreeing: Vec<_> = left_out.iter().copied().filter(agrees).collect();
         let few = self.rows <= OF_FEW_ROWS.0;
-        for row in best.hypothesis.rows.clone().into_iter().filter(|_| few) {
+        let alone = left_out.iter().filter(|_| few).map(|row| vec![*row]);
+        let sets: Vec<_> = std::iter::once(agreeing).chain(alone).collect();
+        drop(off);
+        for set in sets {
             let mut fewer = best.hypothesis.clone();
-            fewer.rows.retain(|own| *own != row);
-            let fitted = (fewer != Hypothesis::default()).then(|| self.fitted(fewer));
+            fewer.rows.retain(|row| !set.contains(row));
+            let is_new = fewer != best.hypothesis && fewer != Hypothesis::default();
+            let fitted = is_new.then(|| self.fitted(fewer)).flatten();
             let scale = Scale::of([&best]);
-            if let Some(fitted) = fitted
-                .flatten()
-                .filter(|own| own.score(scale) < best.score(scale))
-            {
-                best = fitted;
+            if let Some(own) = fitted.filter(|own| own.score(scale) < best.score(scale)) {
+                best = own;
             }
         }
         best

@@ -6,6 +6,7 @@ use crate::files::{DatumPoint, InputError, RobotFile};
 use crate::geometry::centroid;
 use crate::text::{count, significant};
 use delta_cal::frame::RigidTransform;
+use nalgebra::Vector3;
 
 /// Fewest points that determine a frame.
 const LEAST: usize = 3;
@@ -138,18 +139,15 @@ impl Datum {
                     format!("; {} is {off:.2} mm off the others", point.name),
                 ))
             });
-        let [places, seen] = [
-            |point: &DatumPoint| point.place,
-            |point: &DatumPoint| point.seen,
-        ]
-        .map(|of| {
+        let spread = |of: fn(&DatumPoint) -> Vector3<f64>| {
             let centre = centroid(self.points.iter().map(of));
             let out = self
                 .points
                 .iter()
-                .map(|point| (of(point) - centre).norm_squared());
+                .map(|own| (of(own) - centre).norm_squared());
             out.sum::<f64>().sqrt()
-        });
+        };
+        let (places, seen) = (spread(|own| own.place), spread(|own| own.seen));
         let mut points = self.points.clone();
         for point in &mut points {
             point.place *= seen / places;

@@ -15,7 +15,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Instruments, ObservationError, ObservationProblem, ObservationRow};
 use delta_cal::samples::{SampleError, Triangle};
 use delta_cal::{
-    ArmIndex, IkmCalibrator, JointCalibrator, Noise, Refusal, Robot, Sample, Settings, Tolerance,
+    ArmIndex, IkmCalibrator, JointCalibrator, Noise, Robot, Sample, Settings, Tolerance,
 };
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
@@ -23,9 +23,6 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 const FEW: usize = 30;
 /// At most this many rows, evenly spread, keep their derivatives.
 const MOST_SENSITIVITIES: usize = 5000;
-
-/// Residuals this many times the noise, with weights at the robot of the file, may be as stated with those at the robot found.
-const NARROW: f32 = 2.0;
 
 /// Samples that a calibrator is given between two looks at whether it is to stop.
 const AT_ONCE: usize = 1000;
@@ -175,16 +172,8 @@ impl Task<'_> {
         let fit = |problem: &_| robust::fit(problem, settings, self.robust);
         let near = match &given {
             Some(own) => Some(own.robot.clone()),
-            None if levels.position.joint() == 0.0 => None,
-            None => Some(match fit(&first) {
-                Ok(own) => own.outcome.robot,
-                Err(why) if self.robust || !is_narrow(&why) => return Err(why),
-                // With other weights the noise may be as stated.
-                Err(why) => {
-                    let end = first.end(settings).ok_or(why)?;
-                    moved_by(robot, end.iter().zip(&units)).ok_or(why)?
-                }
-            }),
+            None if levels.position.joint() > 0.0 => Some(fit(&first)?.outcome.robot),
+            None => None,
         };
         let problem = match &near {
             // Near a singularity the readings' weights are others at the robot of the file.
@@ -324,26 +313,6 @@ fn from_centre(
         }
     }
     moved
-}
-
-/// A robot with its parameters moved by corrections in these units; `None` if there is none.
-fn moved_by<'a>(
-    robot: &Robot<f64>,
-    corrections: impl Iterator<Item = (&'a f64, &'a f64)>,
-) -> Option<Robot<f64>> {
-    let mut parameters = robot.parameters();
-    for (own, (by, unit)) in parameters.iter_mut().flatten().zip(corrections) {
-        *own += by * unit;
-    }
-    robot.with_parameters(parameters).ok()
-}
-
-/// Whether other weights of the rows may make residuals as small as the noise.
-const fn is_narrow(why: &Unsolved) -> bool {
-    matches!(
-        why,
-        Unsolved::Refused(Refusal::ResidualContradictsNoise { ratio, .. }) if *ratio < NARROW
-    )
 }
 
 fn unusable(index: usize, error: SampleError) -> Unsolved {

@@ -54,8 +54,8 @@ const PLAUSIBLE: f64 = 51.0;
 const TAKEN_UP_OF_SURFACES: f64 = 0.5;
 /// Touches that show a surface's shape, for each of its waves.
 const TOUCHES_FOR_EACH: usize = 2;
-/// A row that was left out is fitted again if it is at most so many σ from the fit of the others.
-const AGREEING: f64 = 10.0;
+/// Rows that were left out are fitted again if they are at most so many σ from the fit of the others.
+const AGREEING: [f64; 2] = [10.0, 5.0];
 /// Ways of choosing rows beyond which their chance is less than rounding shows.
 const MOST_WAYS: f64 = 1e9;
 /// Time constants of the fastest drift in a file.
@@ -640,28 +640,36 @@ impl<'a> Search<'a> {
     /// The same with the rows that agree: a robust fit leaves out too many rather than too few. Of few rows each is tried alone,
     /// too: a fit to the others is far from right ones as well.
     fn restored(&self, mut best: Fitted) -> Fitted {
-        let left_out = best.hypothesis.rows.clone();
-        if left_out.is_empty() {
+        if best.hypothesis.rows.is_empty() {
             return best;
         }
-        let off = self.off(&best);
-        let agrees = |row: &usize| off(*row).is_some_and(|own| own < AGREEING);
-        let agreeing: Vec<_> = left_out.iter().copied().filter(agrees).collect();
-        let few = self.rows <= OF_FEW_ROWS.0;
-        let alone = left_out.iter().filter(|_| few).map(|row| vec![*row]);
-        let sets: Vec<_> = std::iter::once(agreeing).chain(alone).collect();
-        drop(off);
-        for set in sets {
-            let mut fewer = best.hypothesis.clone();
-            fewer.rows.retain(|row| !set.contains(row));
-            let is_new = fewer != best.hypothesis && fewer != Hypothesis::default();
-            let fitted = is_new.then(|| self.fitted(fewer)).flatten();
-            let scale = Scale::of([&best]);
-            if let Some(own) = fitted.filter(|own| own.score(scale) < best.score(scale)) {
-                best = own;
+        for most in AGREEING {
+            let mut before = usize::MAX;
+            while best.hypothesis.rows.len() < before {
+                before = best.hypothesis.rows.len();
+                let off = self.off(&best);
+                let mut rows = best.hypothesis.rows.clone();
+                rows.retain(|row| off(*row).is_some_and(|own| own < most));
+                drop(off);
+                best = self.with(best, &rows);
             }
         }
-        best
+        let few = self.rows <= OF_FEW_ROWS.0;
+        let alone = best.hypothesis.rows.clone().into_iter();
+        alone
+            .filter(|_| few)
+            .fold(best, |best, row| self.with(best, &[row]))
+    }
+
+    /// The same with these rows, if that is better.
+    fn with(&self, best: Fitted, rows: &[usize]) -> Fitted {
+        let mut fewer = best.hypothesis.clone();
+        fewer.rows.retain(|row| !rows.contains(row));
+        let is_new = fewer != best.hypothesis && fewer != Hypothesis::default();
+        let fitted = is_new.then(|| self.fitted(fewer)).flatten();
+        let scale = Scale::of([&best]);
+        let better = fitted.filter(|own| own.score(scale) < best.score(scale));
+        better.unwrap_or(best)
     }
 
     /// How far a row is from a fit, in σ; `None` for a distance.

@@ -37,9 +37,9 @@ const MOST_ROWS: usize = 400;
 const EXPLAINED: f64 = 1.1;
 /// σ of entirely unknown joint zeros: 15°.
 const UNKNOWN_ZERO: f64 = 0.26;
-/// Least degrees of freedom that tell a fault from noise.
+/// Least degrees of freedom that tell a fault from an estimated noise.
 const LEAST_FREEDOM: f64 = 5.0;
-/// The same where rows are left out.
+/// The same of a stated noise, or where rows are left out.
 const LEAST_LEFT: f64 = 1.0;
 /// A stated target that the readings put so many σ beside its place is doubtful.
 const DOUBTFUL: f64 = 2.5;
@@ -297,7 +297,8 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         return Some(found);
     };
     found.hidden_drift = scan.hidden_drift(TAKEN_UP);
-    if search.levels.is_some() && base.freedom < LEAST_FREEDOM {
+    let least = search.levels.map_or(LEAST_LEFT, |_| LEAST_FREEDOM);
+    if base.freedom < least {
         found.not_tested = Some("too few samples are left over to tell causes from noise");
         return Some(found);
     }
